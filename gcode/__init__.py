@@ -1,0 +1,1 @@
+"""Moves: a plan and a profile become moves and text, and text becomes moves again to be checked."""

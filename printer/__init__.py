@@ -1,0 +1,1 @@
+"""A text program becomes a print: protocol, sender, journal, emulator. Knows no geometry: it sends lines."""
