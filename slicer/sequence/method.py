@@ -2,21 +2,22 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.cost import Objective
 from slicer.sequence.problem import Problem
 
 
 @dataclass(frozen=True)
 class Progress:
-    """A word from a running method: its best sequence so far and what is known of the optimum."""
+    """A word from a running method: the cost of its best sequence (mm, or s) and the bound on it."""
 
     stage: str
-    travel_mm: float
-    lower_bound_mm: float | None
+    cost: float
+    lower_bound: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +27,7 @@ class Options:
     Attributes:
         effort: "quick", "default" or "high": budgets of iterations, which make no use of the clock.
         seed: for methods that draw random numbers.
+        objective: what the sequence is optimised for.
         deadline: ``time.perf_counter()`` value at which a method stops early; None for no limit.
         initial: int32 (n,), oriented toolpaths; a printable sequence that a method may improve on.
         progress: called now and then, never from a compiled kernel.
@@ -33,6 +35,7 @@ class Options:
 
     effort: str = "default"
     seed: int = 0
+    objective: Objective = field(default_factory=Objective)
     deadline: float | None = None
     initial: NDArray[np.int32] | None = None
     progress: Callable[[Progress], None] | None = None
