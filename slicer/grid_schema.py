@@ -109,7 +109,7 @@ class GridFile(BaseModel):
             if shape != [cols] * rows:
                 raise PydanticCustomError(
                     "shape",
-                    "spacing_mm has {found} rows of {lengths} numbers, but angles_deg has {rows} rows of {cols}",
+                    "spacing_mm has {found} rows of {lengths}, but angles_deg has {rows} rows of {cols}",
                     {"found": len(shape), "lengths": shape[0] if shape else 0, "rows": rows, "cols": cols},
                 )
             for row in range(rows):
