@@ -65,7 +65,12 @@ def test_a_wall_is_crossed_at_its_top():
 def test_what_is_covered_hides_a_wall():
     # The wall is passed over by the roof, so only the roof is in the way.
     segments = np.array(
-        [[[2.0, 0.0], [2.0, 1.0]], [[1.0, 2.0], [3.0, 2.0]], [[0.0, 0.0], [1.0, 0.0]], [[3.0, 0.0], [4.0, 0.0]]]
+        [
+            [[2.0, 0.0], [2.0, 1.0]],
+            [[1.0, 2.0], [3.0, 2.0]],
+            [[0.0, 0.0], [1.0, 0.0]],
+            [[3.0, 0.0], [4.0, 0.0]],
+        ]
     )
     plan = travel.plan(segments, [0, 1, 2, 3], [False] * 4)
     np.testing.assert_allclose(legs(plan, 3), [[1, 0], [1, 2], [3, 2], [3, 0]])
