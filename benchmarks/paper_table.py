@@ -23,7 +23,9 @@ def main() -> None:
     )
     parser.add_argument("--seeds", type=int, default=500)
     seeds = parser.parse_args().seeds
-    print("| grid | figure | paper | " + " | ".join(f"{p} %" for p in PERCENTILES) + " | paper's percentile |")
+    print(
+        "| grid | figure | paper | " + " | ".join(f"{p} %" for p in PERCENTILES) + " | paper's percentile |"
+    )
     print("|---" * (len(PERCENTILES) + 4) + "|")
     for tiles, figures in PAPER.items():
         rows = []
