@@ -170,7 +170,9 @@ def test_output_keeps_links_modes_and_devices(tmp_path):
     target.write_text("old")
     target.chmod(0o640)
     link.symlink_to(target)
-    output.write(link, [b"new"])
+    with target.open() as reader:
+        output.write(link, [b"new"])
+        assert reader.read() == "old", "the old file was written over, not replaced"
     assert link.is_symlink()
     assert target.read_text() == "new"
     assert target.stat().st_mode & 0o777 == 0o640
