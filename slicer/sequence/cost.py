@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import bare_kernel
 
 FORBIDDEN = 1e30
 """Cost of what must not be."""
@@ -56,7 +56,7 @@ class Objective:
         )
 
 
-@kernel
+@bare_kernel
 def leg_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     """Cost of one straight leg by (dx, dy) mm: its length in mm, or its time in s.
 
@@ -77,7 +77,7 @@ def leg_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     return float(length / v + v / a)
 
 
-@kernel
+@bare_kernel
 def direct_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included."""
     cost = leg_cost(parameters, dx, dy)
@@ -86,7 +86,7 @@ def direct_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     return cost
 
 
-@kernel
+@bare_kernel
 def arc_cost(points: NDArray[np.float64], parameters: NDArray[np.float64], u: int, v: int) -> float:
     """Cost of the direct travel from the end of oriented toolpath ``u`` to the entry of ``v``.
 

@@ -128,7 +128,7 @@ def _can_follow(
         return True
     if ranks[t, 0] < ranks[s, 0]:
         return False
+    direct = False
     for k in range(succ_start[s], succ_start[s + 1]):
-        if succ[k] == t:
-            return True
-    return False
+        direct |= succ[k] == t
+    return direct
