@@ -100,7 +100,9 @@ def connect(
     _prune_unreachable(bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, ends)
     order = np.lexsort((sets.local, section.column))
     column_start = np.concatenate([[0], np.cumsum(sets.size)])
-    members = [order[column_start[a] : column_start[b + 1]] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    members = [
+        order[column_start[a] : column_start[b + 1]] for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+    ]
     path_start = np.concatenate([[0], np.cumsum([len(m) for m in members])]).astype(np.int32)
     state_start, number, move_start, value_start, dense = _number(
         bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, sets.top_start

@@ -56,7 +56,7 @@ def descend(
     section, blocks = bound.section, bound.blocks
     below = cut - RELATIVE_EPS * abs(cut) if np.isfinite(cut) else cut
     metric = section.parameters[0] == 0.0
-    layer = first_layer(blocks, bound.value, section.column, bound.sets.local, section.starts)
+    layer = first_layer(blocks, bound.value, section.column, bound.sets.local, bound.ends.starts)
     parents, lasts = [layer.parent], [layer.last]
     missed, nodes, generated, widest = np.inf, 0, 0, 0
     for _ in range(section.n - 1):

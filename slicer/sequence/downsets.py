@@ -179,7 +179,9 @@ def _column(
                 hashed = key[i] ^ scrambled(t + 1)
                 place = int(hashed >> np.uint64(32)) % len(table)
                 # Down-sets of earlier layers may still be in the table: their places count as free.
-                while table[place] >= end and not _adds(member, table[place], i, t, hashed == key[table[place]]):
+                while table[place] >= end and not _adds(
+                    member, table[place], i, t, hashed == key[table[place]]
+                ):
                     place = (place + 1) % len(table)
                 to = table[place]
                 if to < end:

@@ -127,6 +127,8 @@ def advance(
     table = np.full(4 * capacity, NONE, np.int32)
     size, generated, dropped = 0, 0, np.inf
     old = np.empty(count)
+    passed = np.zeros(count + 1)  # the change of the estimate if the blocks before k come to lie to the left
+    ahead = np.zeros(count + 1)  # the same if those from k on come to lie to the right
     for i in range(len(layer.last)):
         u = layer.last[i]
         u_path = u >> 1
@@ -134,8 +136,14 @@ def advance(
         u_home = blocks.home[u_column]
         out_x, out_y = segments[u_path, 1 - (u & 1), 0], segments[u_path, 1 - (u & 1), 1]
         for k in range(count):
-            mine = in_block(blocks, offset, k, u, local[u_path], u_column) if u_home[0] <= k <= u_home[1] else 0
+            mine = (
+                in_block(blocks, offset, k, u, local[u_path], u_column) if u_home[0] <= k <= u_home[1] else 0
+            )
             old[k] = value_at(blocks, value, k, layer.state[i, k], mine, u_home)
+            at = blocks.value_start[layer.state[i, k]]
+            passed[k + 1] = passed[k] + value[at + 1] - old[k]
+        for k in range(count - 1, -1, -1):
+            ahead[k] = ahead[k + 1] + value[blocks.value_start[layer.state[i, k]]] - old[k]
         for k in range(count):
             s = layer.state[i, k]
             for e in range(blocks.move_start[s], blocks.move_start[s + 1]):
@@ -150,16 +158,12 @@ def advance(
                     if other == NONE:
                         continue
                 low, high = min(u_home[0], v_home[0]), max(u_home[1], v_home[1])
+                # Only blocks from u to v see a change; those between see the nozzle change sides.
+                common = layer.estimate[i] + passed[k] - passed[low] + ahead[v_home[1] + 1] - ahead[high + 1]
                 for f in range(2):
-                    estimate = layer.estimate[i]
-                    for b in range(low, high + 1):
-                        if b == k:
-                            estimate += value[blocks.move_value[e] + f] - old[b]
-                        elif b == k + 1 and other != NONE:
-                            estimate += value[blocks.move_value[other] + f] - old[b]
-                        else:
-                            side = 0 if b > k else 1
-                            estimate += value[blocks.value_start[layer.state[i, b]] + side] - old[b]
+                    estimate = common + value[blocks.move_value[e] + f] - old[k]
+                    if other != NONE:
+                        estimate += value[blocks.move_value[other] + f] - old[k + 1]
                     cost = layer.cost[i] + direct_cost(
                         parameters, segments[path, f, 0] - out_x, segments[path, f, 1] - out_y
                     )

@@ -8,11 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.blocks import Blocks, connect, cover
+from slicer.sequence.blocks import Blocks, connect
 from slicer.sequence.downsets import DownSets
+from slicer.sequence.pair_fix import least_through
 from slicer.sequence.pair_prices import Tariff, tariff, weigh
 from slicer.sequence.pair_walk import FIRST_STEP, Ends, ascend, evaluate, roots
 from slicer.sequence.section import NONE, Section
+
+RELATIVE_EPS = 1e-9
 
 
 @dataclass(eq=False)
@@ -51,9 +54,22 @@ class PairBound:
         self.value = np.empty(self.blocks.value_start[-1])
 
     @classmethod
-    def over(cls, section: Section, sets: DownSets, width: int = 2) -> "PairBound":
-        """Set up the bound over blocks of ``width`` columns, with the multipliers it begins with."""
-        blocks = connect(section, sets, cover(section.columns, width))
+    def over(
+        cls,
+        section: Section,
+        sets: DownSets,
+        bounds: NDArray[np.int32],
+        allowed: list[NDArray[np.bool_]] | None = None,
+    ) -> "PairBound":
+        """Set up the bound over blocks of columns, with the multipliers it begins with.
+
+        Args:
+            section: what is ordered.
+            sets: its down-sets.
+            bounds: the blocks, see ``blocks.cover``.
+            allowed: the states that count, see ``blocks.connect``; None for all.
+        """
+        blocks = connect(section, sets, bounds, allowed)
         costs, multipliers = tariff(section, blocks)
         return cls(section, sets, blocks, costs, _ends(section, sets, blocks), multipliers)
 
@@ -86,19 +102,36 @@ class PairBound:
         evaluate(self.blocks, self.tariff, self.ends, self.arc, self.ways, self.value)
         self.memory[2] = roots(self.blocks, self.ends, self.value).min()
 
+    def strike(self, cut: float) -> None:
+        """Leave out the states that no sequence below ``cut`` passes through; ``settle`` comes before.
+
+        From then on the bound holds for the sequences below ``cut`` alone.
+        """
+        by_start = roots(self.blocks, self.ends, self.value)
+        least = least_through(self.blocks, self.tariff, self.ends, self.arc, self.ways, self.value, by_start)
+        # However close the cut is, the walks that give the bound itself must survive rounding.
+        keep = least <= max(cut, self.bound + RELATIVE_EPS * abs(self.bound))
+        keep[self.blocks.state_start[:-1]] = True
+        allowed = []
+        for k in range(self.blocks.blocks):
+            mask = np.zeros(self.blocks.shape(k, self.sets), np.bool_)
+            states = slice(self.blocks.state_start[k], self.blocks.state_start[k + 1])
+            mask.flat[self.blocks.dense[states][keep[states]]] = True
+            allowed.append(mask)
+        self.blocks = connect(self.section, self.sets, self.blocks.bounds, allowed)
+        self.ends = _ends(self.section, self.sets, self.blocks)
+        self.value = np.empty(self.blocks.value_start[-1])
+
 
 def _ends(section: Section, sets: DownSets, blocks: Blocks) -> Ends:
     """Find the values of all starts, and the last toolpath in the numbers of its blocks."""
-    paths = section.starts >> 1
-    home = blocks.home[section.column[paths]]
-    values = np.empty((len(paths), 2), np.int32)
-    for t, s in enumerate(paths):
-        for end in range(2):
-            k = home[t, end]
-            state = blocks.state_start[k]
-            moves = slice(blocks.move_start[state], blocks.move_start[state + 1])
-            at = np.flatnonzero(blocks.move_path[moves] == _local(section, sets, blocks, int(k), int(s)))
-            values[t, end] = blocks.move_value[moves][at[0]] + (section.starts[t] & 1)
+    starts, values = [], []
+    for u in section.starts:
+        home = blocks.home[section.column[u >> 1]]
+        at = [_first_step(section, sets, blocks, int(k), int(u) >> 1) for k in home]
+        if NONE not in at:
+            starts.append(u)
+            values.append([blocks.move_value[e] + (u & 1) for e in at])
     last_home = np.full(2, NONE, np.int32)
     last_local = np.full(2, NONE, np.int32)
     if section.last != NONE:
@@ -106,7 +139,21 @@ def _ends(section: Section, sets: DownSets, blocks: Blocks) -> Ends:
         last_home[:] = blocks.home[section.column[s]]
         for end in range(2):
             last_local[end] = 2 * _local(section, sets, blocks, int(last_home[end]), s) + (section.last & 1)
-    return Ends(values, home, last_home, last_local)
+    return Ends(
+        np.array(starts, np.int32),
+        np.array(values, np.int32),
+        blocks.home[section.column[np.array(starts, np.int32) >> 1]],
+        last_home,
+        last_local,
+    )
+
+
+def _first_step(section: Section, sets: DownSets, blocks: Blocks, k: int, s: int) -> int:
+    """The step of block k from nothing to toolpath s, or ``NONE``."""
+    empty = blocks.state_start[k]
+    begin, end = blocks.move_start[empty], blocks.move_start[empty + 1]
+    at = np.flatnonzero(blocks.move_path[begin:end] == _local(section, sets, blocks, k, s))
+    return int(begin + at[0]) if len(at) else NONE
 
 
 def _local(section: Section, sets: DownSets, blocks: Blocks, k: int, s: int) -> int:

@@ -116,9 +116,7 @@ def _measure(
                 if column[s] != column[t]:
                     nearest[0] = min(nearest[0], cost)
                     in_x, in_y = segments[s, f, 0], segments[s, f, 1]
-                    cost = direct_cost(
-                        parameters, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1]
-                    )
+                    cost = direct_cost(parameters, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])
                     nearest[1] = min(nearest[1], cost)
             for way in range(4):
                 leaves, leftward = way < 2, way % 2 == 0
@@ -188,9 +186,10 @@ def weigh(
                             v = 2 * blocks.path[(low + b) >> 1] + (b & 1)
                             cost -= out + (prices[way, v] if to_seam else 0.0)
                         elif from_seam:
-                            cost = 0.5 * cost + sign * multipliers[
-                                pairs + (a - first) * (last - first) + b - first
-                            ]
+                            cost = (
+                                0.5 * cost
+                                + sign * multipliers[pairs + (a - first) * (last - first) + b - first]
+                            )
                         arc[row + b] = cost
                         b += 1
             first = last

@@ -27,13 +27,15 @@ class Ends(NamedTuple):
     """Where the walks of all blocks begin and end.
 
     Attributes:
-        start_value: int32 (k, 2), for each toolpath to begin with, its value in the first and the last
+        starts: int32 (k,), the oriented toolpaths to begin with, as far as the blocks have them.
+        start_value: int32 (k, 2), for each of them, its value in the first and the last
             block that has its column.
         start_home: int32 (k, 2), those blocks.
         last_home: int32 (2,), the first and last block of the last toolpath; (NONE, NONE) for a free end.
         last_local: int32 (2,), the last oriented toolpath in the numbers of those blocks.
     """
 
+    starts: NDArray[np.int32]
     start_value: NDArray[np.int32]
     start_home: NDArray[np.int32]
     last_home: NDArray[np.int32]
@@ -223,9 +225,7 @@ def _pay_way(tariff: Tariff, way: int, at: int, slope: NDArray[np.float64]) -> N
 
 
 @kernel
-def _pay_arc(
-    blocks: Blocks, tariff: Tariff, k: int, u: int, v: int, slope: NDArray[np.float64]
-) -> None:
+def _pay_arc(blocks: Blocks, tariff: Tariff, k: int, u: int, v: int, slope: NDArray[np.float64]) -> None:
     """Note a travel inside block k from u to v, both in its own numbers."""
     low = blocks.path_start[k]
     prices = tariff.pair_start[-1]

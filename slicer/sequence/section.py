@@ -51,9 +51,7 @@ class Section:
         )
 
     @classmethod
-    def window(
-        cls, problem: Problem, objective: Objective, oriented: NDArray[np.int32]
-    ) -> "Section":
+    def window(cls, problem: Problem, objective: Objective, oriented: NDArray[np.int32]) -> "Section":
         """Consecutive toolpaths of a printable sequence, of which the first and the last one stay put.
 
         Args:
