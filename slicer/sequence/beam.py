@@ -16,7 +16,8 @@ from slicer.sequence.pair_bound import PairBound
 from slicer.sequence.problem import Problem
 from slicer.sequence.section import Section
 
-MOST_STATES = {"quick": 1_000_000, "default": 3_000_000, "high": 5_000_000}
+ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
+"""How large the bound may be: what one evaluation looks at, for each toolpath."""
 PASSES = {
     "quick": ((10, 50), (20, 100)),
     "default": ((10, 50), (30, 1_000)),
@@ -54,7 +55,9 @@ def beam(problem: Problem, options: Options) -> Found:
 def _search_corridor(problem: Problem, options: Options, incumbent: Incumbent, ledger: Ledger) -> bool:
     """All passes over the states around the incumbent; whether those were all states there are."""
     section = Section.whole(problem, options.objective)
-    corridor = widest_corridor(section, incumbent.oriented >> 1, MOST_STATES[options.effort])
+    corridor = widest_corridor(
+        section, incumbent.oriented >> 1, max(problem.n, 100) * ARCS_PER_TOOLPATH[options.effort]
+    )
     if corridor is None:
         return False
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)

@@ -5,6 +5,8 @@ A sheet is covered by blocks of columns that overlap in one column each: columns
 as a whole where that of the sheet never is.
 """
 
+from itertools import pairwise
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -57,6 +59,12 @@ class Blocks(NamedTuple):
         """The number of blocks."""
         return len(self.state_start) - 1
 
+    @property
+    def arcs(self) -> int:
+        """The travels that one evaluation looks at: from each end of a state to each of its next entries."""
+        ends = np.diff(self.value_start).astype(np.int64) - OUTSIDE
+        return int(2 * (ends * np.diff(self.move_start)).sum())
+
     def shape(self, k: int, sets: DownSets) -> tuple[int, ...]:
         """The numbers of down-sets of the columns of block k."""
         return tuple(int(d) for d in sets.count[self.bounds[k] : self.bounds[k + 1] + 1])
@@ -68,11 +76,23 @@ class Blocks(NamedTuple):
         return out
 
 
-def cover(columns: int, width: int) -> NDArray[np.int32]:
-    """int32 (b + 1,), the ``bounds`` of blocks of ``width`` columns; the last one may be narrower."""
-    if columns == 1:
-        return np.zeros(2, np.int32)
-    return np.append(np.arange(0, columns - 1, width - 1), columns - 1).astype(np.int32)
+def cover(sets: DownSets, most_states: int = 0) -> NDArray[np.int32]:
+    """int32 (b + 1,), the ``bounds`` of blocks of two columns, or of more where those have few states.
+
+    Args:
+        sets: the down-sets of the columns.
+        most_states: a block of three columns and more has at most so many.
+    """
+    count = [int(d) for d in sets.count]
+    bounds = [0]
+    while bounds[-1] < len(count) - 1 or len(bounds) < 2:
+        end = min(bounds[-1] + 1, len(count) - 1)
+        states = prod(count[bounds[-1] : end + 1])
+        while end + 1 < len(count) and states * count[end + 1] <= most_states:
+            end += 1
+            states *= count[end]
+        bounds.append(end)
+    return np.array(bounds, np.int32)
 
 
 def connect(
@@ -90,7 +110,7 @@ def connect(
         allowed: for each block, bool of the shape of its down-sets: which states may be there.
     """
     count = sets.count
-    shapes = [tuple(count[a : b + 1]) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    shapes = [tuple(count[a : b + 1]) for a, b in pairwise(bounds)]
     dense_start = np.concatenate([[0], np.cumsum([int(np.prod(s)) for s in shapes])]).astype(np.int64)
     alive = np.ones(dense_start[-1], np.bool_)
     if allowed is not None:
@@ -100,9 +120,7 @@ def connect(
     _prune_unreachable(bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, ends)
     order = np.lexsort((sets.local, section.column))
     column_start = np.concatenate([[0], np.cumsum(sets.size)])
-    members = [
-        order[column_start[a] : column_start[b + 1]] for a, b in zip(bounds[:-1], bounds[1:], strict=True)
-    ]
+    members = [order[column_start[a] : column_start[b + 1]] for a, b in pairwise(bounds)]
     path_start = np.concatenate([[0], np.cumsum([len(m) for m in members])]).astype(np.int32)
     state_start, number, move_start, value_start, dense = _number(
         bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, sets.top_start

@@ -1,4 +1,4 @@
-"""Run a layered search from the first toolpath to the last: beam search, and a proof if nothing was cut off."""
+"""A layered search from the first toolpath to the last: a beam, and a proof if nothing was cut off."""
 
 from dataclasses import dataclass
 

@@ -105,7 +105,9 @@ def down_sets(section: Section, limit: int, guide: NDArray[np.int32] | None = No
     return DownSets(
         np.array(sets, np.int32),
         np.append(joined[0], np.int32(moves)),
-        *joined[1:4],
+        joined[1],
+        joined[2],
+        joined[3],
         np.append(joined[4], np.int32(tops)),
         joined[5],
         local,
@@ -179,8 +181,8 @@ def _column(
                 hashed = key[i] ^ scrambled(t + 1)
                 place = int(hashed >> np.uint64(32)) % len(table)
                 # Down-sets of earlier layers may still be in the table: their places count as free.
-                while table[place] >= end and not _adds(
-                    member, table[place], i, t, hashed == key[table[place]]
+                while table[place] >= end and not (
+                    key[table[place]] == hashed and _adds(member, table[place], i, t)
                 ):
                     place = (place + 1) % len(table)
                 to = table[place]
@@ -208,14 +210,14 @@ def _column(
 
 
 @kernel
-def _adds(member: NDArray[np.bool_], to: int, base: int, path: int, same_key: bool) -> bool:
+def _adds(member: NDArray[np.bool_], to: int, base: int, path: int) -> bool:
     """Whether down-set ``to`` is down-set ``base`` with ``path`` added."""
-    if not same_key or not member[to, path]:
+    if not member[to, path]:
         return False
+    differs = False
     for t in range(member.shape[1]):
-        if member[to, t] != member[base, t] and t != path:
-            return False
-    return True
+        differs |= member[to, t] != member[base, t] and t != path
+    return not differs
 
 
 @kernel

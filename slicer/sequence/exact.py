@@ -16,7 +16,8 @@ from slicer.sequence.pair_bound import PairBound
 from slicer.sequence.problem import Problem
 from slicer.sequence.section import Section
 
-MOST_STATES = 5_000_000
+ARCS_PER_TOOLPATH = {"quick": 20_000, "default": 40_000, "high": 120_000}
+"""How large the bound may be: what one evaluation looks at, for each toolpath."""
 MOST_NODES = 40_000_000
 WORK_PER_TOOLPATH = {"quick": 8_000, "default": 60_000, "high": 500_000}
 """Budgets of work, as a ``Ledger`` counts it."""
@@ -56,7 +57,9 @@ def exact(problem: Problem, options: Options) -> Found:
 def _rounds(problem: Problem, options: Options, incumbent: Incumbent, ledger: Ledger) -> bool:
     """Alternate between bound and search until proof or until the effort is spent; whether bounds hold."""
     section = Section.whole(problem, options.objective)
-    corridor = widest_corridor(section, incumbent.oriented >> 1, MOST_STATES)
+    corridor = widest_corridor(
+        section, incumbent.oriented >> 1, max(problem.n, 100) * ARCS_PER_TOOLPATH[options.effort]
+    )
     if corridor is None:
         return False
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
@@ -70,9 +73,8 @@ def _rounds(problem: Problem, options: Options, incumbent: Incumbent, ledger: Le
         bound.strike(incumbent.cost)
         bound.settle()
         affordable = (ledger.budget - ledger.work) // (BRANCHING * problem.n)
-        found = descend(
-            bound, incumbent.cost, int(max(50, min(width, affordable))), options, most_nodes=MOST_NODES
-        )
+        width = int(max(50, min(width, affordable)))
+        found = descend(bound, incumbent.cost, width, options, most_nodes=MOST_NODES)
         ledger.add(found)
         incumbent.offer(found.oriented)
         if corridor.complete and found.finished:

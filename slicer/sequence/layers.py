@@ -15,7 +15,7 @@ from slicer.kernels import kernel
 from slicer.sequence.blocks import OUTSIDE, Blocks
 from slicer.sequence.cost import direct_cost
 from slicer.sequence.downsets import scrambled
-from slicer.sequence.section import NONE, Section
+from slicer.sequence.section import NONE
 
 
 class Layer(NamedTuple):
@@ -48,12 +48,12 @@ def value_at(
     """
     at = blocks.value_start[s]
     if k > home[1]:
-        return value[at]
+        return float(value[at])
     if k < home[0]:
-        return value[at + 1]
+        return float(value[at + 1])
     for x in range(at + OUTSIDE, blocks.value_start[s + 1]):
         if blocks.value_path[x] == u:
-            return value[x]
+            return float(value[x])
     return np.inf
 
 
@@ -61,7 +61,7 @@ def value_at(
 def in_block(blocks: Blocks, offset: NDArray[np.int64], k: int, u: int, local: int, column: int) -> int:
     """The number that block k gives to the oriented toolpath u of a column that it has."""
     before = offset[column] - offset[blocks.bounds[k]]
-    return 2 * (before + local) + (u & 1)
+    return int(2 * (before + local) + (u & 1))
 
 
 @kernel
@@ -136,9 +136,9 @@ def advance(
         u_home = blocks.home[u_column]
         out_x, out_y = segments[u_path, 1 - (u & 1), 0], segments[u_path, 1 - (u & 1), 1]
         for k in range(count):
-            mine = (
-                in_block(blocks, offset, k, u, local[u_path], u_column) if u_home[0] <= k <= u_home[1] else 0
-            )
+            mine = 0
+            if u_home[0] <= k <= u_home[1]:
+                mine = in_block(blocks, offset, k, u, local[u_path], u_column)
             old[k] = value_at(blocks, value, k, layer.state[i, k], mine, u_home)
             at = blocks.value_start[layer.state[i, k]]
             passed[k + 1] = passed[k] + value[at + 1] - old[k]

@@ -196,7 +196,7 @@ def _next(
     s: int,
     x: int,
 ) -> tuple[int, int, int]:
-    """The cheapest step from value x of state s: its number, the direction, and the way in if from outside."""
+    """The cheapest step from value x of state s: its number, direction, and the way in if from outside."""
     low = 2 * blocks.path_start[k]
     stride = 2 * blocks.path_start[k + 1] - low
     u, side = blocks.value_path[x], x - blocks.value_start[s]
@@ -230,7 +230,7 @@ def _pay_arc(blocks: Blocks, tariff: Tariff, k: int, u: int, v: int, slope: NDAr
     low = blocks.path_start[k]
     prices = tariff.pair_start[-1]
     stride = (len(slope) - prices) // 4
-    left, right = blocks.bounds[k], blocks.bounds[k + 1]
+    right = blocks.bounds[k + 1]
     u_column, u_local = _column_of(blocks, k, u)
     v_column, v_local = _column_of(blocks, k, v)
     pairs = tariff.pair_start[u_column]
