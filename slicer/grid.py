@@ -1,7 +1,8 @@
 """A grid of fibre angles: the ``Grid`` that everything starts from, read from and written to JSON."""
 
+import hashlib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -34,6 +35,7 @@ class Grid:
         min_length_mm: shorter toolpaths are dropped; None means the tile's spacing.
         meta: free form, kept as it is.
         source: where the grid came from, for messages.
+        sha256: hash of the file's bytes in hexadecimal; empty for a grid that was made in memory.
     """
 
     angles_deg: NDArray[np.float64]
@@ -44,6 +46,7 @@ class Grid:
     min_length_mm: float | None = None
     meta: dict[str, Any] = field(default_factory=dict)
     source: str = "grid"
+    sha256: str = ""
 
     @property
     def rows(self) -> int:
@@ -62,7 +65,13 @@ def read(path: Path) -> Grid:
     Raises:
         GridError: the file is missing, unreadable or no grid; one line for each problem.
     """
-    return loads(_text(path), source=str(path))
+    data = _bytes(path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        wrong = f"is no text: byte 0x{data[error.start]:02x} at offset {error.start} is not UTF-8."
+        raise GridError(str(path), [wrong]) from None
+    return replace(loads(text, source=str(path)), sha256=hashlib.sha256(data).hexdigest())
 
 
 def loads(text: str, *, source: str = "grid") -> Grid:
@@ -124,7 +133,7 @@ def schema() -> dict[str, Any]:
     return GridFile.model_json_schema()
 
 
-def _text(path: Path) -> str:
+def _bytes(path: Path) -> bytes:
     source = str(path)
     try:
         if path.is_dir():
@@ -138,17 +147,11 @@ def _text(path: Path) -> str:
                     "Is it the right file? Otherwise split the sheet."
                 ],
             )
-        data = path.read_bytes()
+        return path.read_bytes()
     except FileNotFoundError:
         raise GridError(source, ["there is no such file."]) from None
     except OSError as error:
         raise GridError(source, [f"cannot be read: {error.strerror}."]) from None
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise GridError(
-            source, [f"is no text: byte 0x{data[error.start]:02x} at offset {error.start} is not UTF-8."]
-        ) from None
 
 
 def _json(text: str, source: str) -> Any:

@@ -52,8 +52,8 @@ def hatch(grid: Grid) -> Hatch:
     if total > MAX_LINES:
         k = int(each_side.argmax())
         raise SlicerError(
-            f"{grid.source}: tile ({col[k]}, {row[k]}) alone takes {2 * each_side[k] + 1:.3g} lines at spacing "
-            f"{spacing[k]:g} mm, the sheet {total:.3g}; {MAX_LINES} is the most. Raise spacing_mm."
+            f"{grid.source}: tile ({col[k]}, {row[k]}) alone takes {2 * each_side[k] + 1:.3g} lines at "
+            f"spacing {spacing[k]:g} mm, the sheet {total:.3g}; {MAX_LINES} is the most. Raise spacing_mm."
         )
     counts = (2 * each_side + 1).astype(np.int64)
     of = np.repeat(np.arange(len(row)), counts)  # the tile of each line
