@@ -51,20 +51,32 @@ class Section:
         )
 
     @classmethod
-    def window(cls, problem: Problem, objective: Objective, oriented: NDArray[np.int32]) -> "Section":
+    def window(
+        cls, problem: Problem, objective: Objective, oriented: NDArray[np.int32], begin: int, end: int
+    ) -> "Section":
         """Consecutive toolpaths of a printable sequence, of which the first and the last one stay put.
+
+        Where the window reaches the beginning of the sequence, it begins as the problem allows; where it
+        reaches the end, that is free.
 
         Args:
             problem: the whole problem.
             objective: what is optimised.
-            oriented: int32 (k,), k > 1; toolpath t of the section is ``oriented[t] >> 1`` of the problem.
+            oriented: int32 (n,), the sequence.
+            begin, end: the positions begin .. end - 1 are the window; toolpath t of the section is
+                ``oriented[begin + t] >> 1`` of the problem.
         """
-        paths = oriented >> 1
+        inner = oriented[begin:end]
+        paths = inner >> 1
         inside = np.full(problem.n, NONE, np.int32)
         inside[paths] = np.arange(len(paths), dtype=np.int32)
         pred_start, pred = _restrict(problem.pred_start, problem.pred, paths, inside)
         succ_start, succ = _restrict(problem.succ_start, problem.succ, paths, inside)
-        k = len(paths)
+        starts = np.array([inner[0] & 1], np.int32)
+        if begin == 0:
+            allowed = problem.starts
+            allowed = allowed[inside[allowed >> 1] != NONE]
+            starts = np.sort(2 * inside[allowed >> 1] + (allowed & 1)).astype(np.int32)
         return cls(
             np.ascontiguousarray(problem.segments[paths]),
             pred_start,
@@ -72,8 +84,8 @@ class Section:
             succ_start,
             succ,
             np.unique(problem.column[paths], return_inverse=True)[1].astype(np.int32).ravel(),
-            np.array([oriented[0] & 1], np.int32),
-            int(2 * (k - 1) + (oriented[-1] & 1)),
+            starts,
+            NONE if end == problem.n else int(2 * (len(paths) - 1) + (inner[-1] & 1)),
             objective.parameters(),
         )
 

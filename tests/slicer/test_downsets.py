@@ -90,7 +90,7 @@ def test_a_window_is_ordered_by_the_precedence_of_the_whole(sheet):
         whole = Section.whole(problem, Objective())
         order = any_order(whole)
         assert problem.refusal(order) is None
-        window = Section.window(problem, Objective(), (2 * order[2:-1]).astype(np.int32))
+        window = Section.window(problem, Objective(), (2 * order).astype(np.int32), 2, problem.n - 1)
         again = order[2:-1][any_order(window)]
         assert again[0] == order[2]
         assert again[-1] == order[-2]
