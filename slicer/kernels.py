@@ -16,3 +16,12 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     keeps the machine code beside the module, or in the user's cache folder where that is read-only.
     """
     return cast(Callable[P, R], numba.njit(cache=True)(function))
+
+
+def bare_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """A ``kernel`` that allocates nothing and so counts no references to its arrays.
+
+    In a short kernel that is called millions of times the atomic counting of references takes most of
+    the time. Without numba's runtime, creating an array inside is an error at compile time.
+    """
+    return cast(Callable[P, R], numba.njit(cache=True, _nrt=False)(function))
