@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.section import NONE, Section
 
 UNLIMITED = int(np.iinfo(np.int32).max)
@@ -209,7 +209,7 @@ def _column(
     return member[:count].copy(), step_start[: count + 1].copy(), step[:, :moves].copy()
 
 
-@kernel
+@bare_kernel
 def _adds(member: NDArray[np.bool_], to: int, base: int, path: int) -> bool:
     """Whether down-set ``to`` is down-set ``base`` with ``path`` added."""
     if not member[to, path]:
@@ -220,7 +220,7 @@ def _adds(member: NDArray[np.bool_], to: int, base: int, path: int) -> bool:
     return not differs
 
 
-@kernel
+@bare_kernel
 def scrambled(number: int) -> np.uint64:
     """A well mixed 64-bit number (Steele et al., "Fast splittable pseudorandom number generators", 2014)."""
     z = np.uint64(number) * np.uint64(0x9E3779B97F4A7C15)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import bare_kernel
 from slicer.sequence.cost import direct_cost
 from slicer.sequence.greedy import greedy
 from slicer.sequence.method import Options, Progress
@@ -57,7 +57,7 @@ class Incumbent:
             self._options.progress(Progress(stage, self.cost, bound))
 
 
-@kernel
+@bare_kernel
 def direct_sum(
     segments: NDArray[np.float64], parameters: NDArray[np.float64], oriented: NDArray[np.int32]
 ) -> float:

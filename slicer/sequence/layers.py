@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.blocks import OUTSIDE, Blocks
 from slicer.sequence.cost import direct_cost
 from slicer.sequence.downsets import scrambled
@@ -38,7 +38,7 @@ class Layer(NamedTuple):
     parent: NDArray[np.int32]
 
 
-@kernel
+@bare_kernel
 def value_at(
     blocks: Blocks, value: NDArray[np.float64], k: int, s: int, u: int, home: NDArray[np.int32]
 ) -> float:
@@ -57,7 +57,7 @@ def value_at(
     return np.inf
 
 
-@kernel
+@bare_kernel
 def in_block(blocks: Blocks, offset: NDArray[np.int64], k: int, u: int, local: int, column: int) -> int:
     """The number that block k gives to the oriented toolpath u of a column that it has."""
     before = offset[column] - offset[blocks.bounds[k]]
@@ -203,7 +203,7 @@ def advance(
     return _settle(blocks, column, local, layer, found, number, keys, size), dropped, generated
 
 
-@kernel
+@bare_kernel
 def _step(blocks: Blocks, s: int, path: int) -> int:
     """The step of state s that prints a block's toolpath, or ``NONE``."""
     for e in range(blocks.move_start[s], blocks.move_start[s + 1]):

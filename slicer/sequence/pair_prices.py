@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.blocks import Blocks
 from slicer.sequence.cost import direct_cost
 from slicer.sequence.section import Section
@@ -145,7 +145,7 @@ def _measure(
     return direct, ways, price_at, price_sign, price
 
 
-@kernel
+@bare_kernel
 def weigh(
     blocks: Blocks,
     tariff: Tariff,

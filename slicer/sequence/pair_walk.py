@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.blocks import OUTSIDE, Blocks
 from slicer.sequence.pair_prices import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Tariff, weigh
 from slicer.sequence.section import NONE
@@ -83,7 +83,7 @@ def evaluate(
                 value[x] = best
 
 
-@kernel
+@bare_kernel
 def _finish(
     blocks: Blocks,
     tariff: Tariff,
@@ -136,7 +136,7 @@ def roots(blocks: Blocks, ends: Ends, value: NDArray[np.float64]) -> NDArray[np.
     return out
 
 
-@kernel
+@bare_kernel
 def trace(
     blocks: Blocks,
     tariff: Tariff,
@@ -185,7 +185,7 @@ def trace(
                     break
 
 
-@kernel
+@bare_kernel
 def _next(
     blocks: Blocks,
     tariff: Tariff,
@@ -218,13 +218,13 @@ def _next(
     return move, flip, entry
 
 
-@kernel
+@bare_kernel
 def _pay_way(tariff: Tariff, way: int, at: int, slope: NDArray[np.float64]) -> None:
     if tariff.price_at[way, at] >= 0:
         slope[tariff.price_at[way, at]] += tariff.price_sign[way, at]
 
 
-@kernel
+@bare_kernel
 def _pay_arc(blocks: Blocks, tariff: Tariff, k: int, u: int, v: int, slope: NDArray[np.float64]) -> None:
     """Note a travel inside block k from u to v, both in its own numbers."""
     low = blocks.path_start[k]
@@ -250,7 +250,7 @@ def _pay_arc(blocks: Blocks, tariff: Tariff, k: int, u: int, v: int, slope: NDAr
         slope[prices + way * stride + 2 * blocks.path[low + (v >> 1)] + (v & 1)] -= 1.0
 
 
-@kernel
+@bare_kernel
 def _column_of(blocks: Blocks, k: int, u: int) -> tuple[int, int]:
     """The column of a block's oriented toolpath u, and u's number in that column."""
     c = blocks.bounds[k]
