@@ -1,18 +1,19 @@
 """A start for local search that has the large structure right: greedy along levels of a stream function.
 
-Good sequences sweep over the sheet: along a toolpath, on along the one that continues it in the next tile, and
-back on the next pair. Greedy does not see that; it climbs tile by tile and later pays for what it left behind.
-So each toolpath is given a level that is about the same for toolpaths which continue each other and grows by
-their distance from one to the next above, as near as both can be had: a weighted least squares problem on a
-sparse graph. Greedy then prefers low levels.
+Good sequences sweep over the sheet: along a toolpath, on along the one that continues it in the next tile,
+and back on the next pair. Greedy does not see that; it climbs tile by tile and later pays for what it left
+behind. So each toolpath is given a level that is about the same for toolpaths which continue each other and
+grows by their distance from one to the next above, as near as both can be had: a weighted least squares
+problem on a sparse graph. Greedy then prefers low levels.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import kernel
 from slicer.sequence.cost import Objective, direct_cost
 from slicer.sequence.directions import directed
+from slicer.sequence.incumbent import direct_sum
 from slicer.sequence.neighbours import Neighbours
 from slicer.sequence.problem import Problem
 
@@ -23,7 +24,7 @@ CONTINUATIONS = 3
 """How many neighbours at each end count as continuing a toolpath."""
 
 ROUNDS = 100
-"""Steps of conjugate gradients."""
+"""Steps of conjugate gradients, and as many again times the root of n / 5000."""
 
 
 def level_start(problem: Problem, objective: Objective, near: Neighbours) -> NDArray[np.int32]:
@@ -48,8 +49,7 @@ def level_start(problem: Problem, objective: Objective, near: Neighbours) -> NDA
             unit * weight * level,
         )
         oriented = directed(problem, order >> 1, objective)
-        hop = points[oriented[1:]] - points[oriented[:-1] ^ 1]
-        cost = sum_cost(parameters, hop)
+        cost = direct_sum(problem.segments, parameters, oriented)
         if cost < least:
             best, least = oriented, cost
     return best
@@ -72,7 +72,8 @@ def levels(problem: Problem, near: Neighbours) -> NDArray[np.float64]:
     b = np.concatenate([high, v >> 1])
     rise = np.concatenate([gap, np.zeros(len(u))])
     weight = np.concatenate([np.ones(len(low)), (pitch / (pitch + distance)) ** 2])
-    return _solve(a, b, rise, weight, problem.segments[:, :, 1].mean(axis=1), ROUNDS)
+    rounds = int(ROUNDS * (1 + np.sqrt(problem.n / 5000)))
+    return _solve(a, b, rise, weight, problem.segments[:, :, 1].mean(axis=1), rounds)
 
 
 def _gaps(
@@ -176,12 +177,3 @@ def _climb(
                 ready[count] = succ[t]
                 count += 1
     return sequence
-
-
-@bare_kernel
-def sum_cost(parameters: NDArray[np.float64], hops: NDArray[np.float64]) -> float:
-    """Total cost of the direct travels ``hops``, float64 (m, 2) in mm."""
-    total = 0.0
-    for k in range(len(hops)):
-        total += direct_cost(parameters, hops[k, 0], hops[k, 1])
-    return total
