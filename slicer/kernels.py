@@ -18,13 +18,26 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     The types survive the decorator, so that ``mypy --strict`` checks the callers of a kernel. Numba
     keeps the machine code beside the module, or in the user's cache folder where that is read-only.
     """
+    return _compiled(function)
+
+
+def bare_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """A ``kernel`` that allocates nothing and so counts no references to its arrays.
+
+    In a short kernel that is called millions of times the atomic counting of references takes most of
+    the time. Without numba's runtime, creating an array inside is an error at compile time.
+    """
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function: Callable[P, R], **flags: bool) -> Callable[P, R]:
     package = function.__module__.partition(".")[0]
     source = Path(function.__code__.co_filename)
     for folder in source.parents:
         if folder.name == package:
             _forget_outdated(folder)
             break
-    return cast(Callable[P, R], numba.njit(cache=True)(function))
+    return cast(Callable[P, R], numba.njit(cache=True, **flags)(function))
 
 
 @cache
