@@ -8,6 +8,13 @@ from numpy.typing import NDArray
 from profiles.profile import Material
 
 
+def bead_height_mm(material: Material, spacing_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Height of the beads of toolpaths with these spacings; a circle is as high as it is wide."""
+    if material.bead_shape == "circle":
+        return np.full(np.shape(spacing_mm), material.width_mm)
+    return spacing_mm if material.height_mm is None else np.full(np.shape(spacing_mm), material.height_mm)
+
+
 def bead_area_mm2(material: Material, height_mm: NDArray[np.float64]) -> NDArray[np.float64]:
     """Cross-section of beads of the profile's shape and width, one for each height.
 

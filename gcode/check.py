@@ -24,6 +24,17 @@ RESOLUTION_MM = 0.001
 
 EXACT_MM = 1e-8
 
+UNFOLLOWED: dict[str, str | None] = {
+    **dict.fromkeys(
+        ("G53", "G54", "G55", "G56", "G57", "G58", "G59", "G68", "G92.1", "M206", "M290", "M428")
+    ),
+    **dict.fromkeys(("T1", "T2", "T3", "T4", "T5", "T6", "T7")),
+    "M200": "S0",
+    "M220": "S100",
+    "M221": "S100",
+}
+"""Commands and the one form of each that changes nothing, if there is one."""
+
 
 @dataclass(frozen=True, eq=False)
 class Report:
@@ -61,9 +72,9 @@ def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Repo
     once.
 
     """
-    feeding, printing = check_feeding(moves, profile)
+    feeding, printing = check_feeding(moves, profile, _only_spacing(grid))
     laid, segments = _motions(moves, printing)
-    violations = feeding + _volume(moves, profile) + _speeds(moves, profile) + _plane(laid)
+    violations = _beyond(moves) + feeding + _volume(moves, profile) + _speeds(moves, profile) + _plane(laid)
     violations += _incomplete(moves, sum(stroke.prints for stroke in laid))
     # Two uprights of one x, as far as three decimals tell, may in truth pass beside each other.
     violations += _collisions(laid, segments, same_x=0.0 if grid is None else -1.0)
@@ -92,7 +103,7 @@ def _motions(moves: list[Move], printing: list[bool]) -> tuple[list[Stroke], NDA
     for move, prints in zip(moves, printing, strict=True):
         if move.kind in (Kind.TRAVEL, Kind.EXTRUDE) and not (math.isnan(x) or math.isnan(y)):
             off = 0.0 if math.isnan(depth) else abs(move.depth_mm - depth)
-            found.append(Stroke(x, y, move.x_mm, move.y_mm, move.line, move.line, prints, off))
+            found.append(Stroke(x, y, move.x_mm, move.y_mm, move.line, move.line, prints, off, move.depth_mm))
         x, y, depth = move.x_mm, move.y_mm, move.depth_mm
     rows = [(s.x0, s.y0, s.x1, s.y1, s.line) for s in found]
     return found, np.array(rows, np.float64).reshape(-1, 5)
@@ -141,6 +152,20 @@ def _out_of_order(exact: NDArray[np.float64]) -> list[Violation]:
     ]
 
 
+def _beyond(moves: list[Move]) -> list[Violation]:
+    """Commands that change where, how fast or how much, and that this replay does not follow."""
+    found = []
+    for move in moves:
+        code, _, rest = move.text.partition(" ")
+        if move.kind != Kind.COMMAND or code not in UNFOLLOWED:
+            continue
+        if UNFOLLOWED[code] is None or rest.replace(" ", "") != UNFOLLOWED[code]:
+            found.append(
+                Violation(move.line, "command", f"{move.text} is not followed here; what comes is unsure")
+            )
+    return found
+
+
 def _volume(moves: list[Move], profile: Profile) -> list[Violation]:
     machine = profile.machine
     low = machine.build_corner_mm
@@ -165,6 +190,9 @@ def _speeds(moves: list[Move], profile: Profile) -> list[Violation]:
     limits = AxisLimits.of(profile)
     horizontal, across = profile.machine.plane[0], "Y" if profile.machine.plane == "XZ" else "X"
     found = []
+    unset = next((m for m in moves if m.kind in (Kind.TRAVEL, Kind.EXTRUDE) and not m.speed_mm_s > 0), None)
+    if unset is not None:
+        found.append(Violation(unset.line, "speed", "moves before any speed above 0 (F) has been set"))
     before: Move | None = None
     for move in moves:
         if move.kind == Kind.FEED and move.speed_mm_s > limits.e_mm_s * 1.001:
@@ -181,7 +209,8 @@ def _speeds(moves: list[Move], profile: Profile) -> list[Violation]:
             )
             for step, (axis, limit, resolution) in zip([*steps, move.e_mm], axes, strict=True):
                 # Rounding turns and shortens short moves: as if the step were less by the resolution.
-                if length > RESOLUTION_MM and (step - resolution) / length * move.speed_mm_s > limit * 1.001:
+                slowest = (step - resolution) / (length + RESOLUTION_MM) * move.speed_mm_s
+                if length > RESOLUTION_MM and slowest > limit * 1.001:
                     found.append(_too_fast(move, axis, step / length * move.speed_mm_s, limit))
         if move.kind in (Kind.TRAVEL, Kind.EXTRUDE):
             before = move
@@ -193,11 +222,26 @@ def _too_fast(move: Move, axis: str, speed: float, limit: float) -> Violation:
 
 
 def _plane(laid: list[Stroke]) -> list[Violation]:
-    return [
-        Violation(s.line, "plane", f"leaves the plane of the sheet by {s.off_plane:.3f} mm while extruding")
-        for s in laid
-        if s.prints and s.off_plane > RESOLUTION_MM
-    ]
+    found = []
+    sheet = next((s.depth for s in laid if s.prints), math.nan)
+    for s in laid:
+        if not s.prints:
+            continue
+        if s.off_plane > RESOLUTION_MM:
+            text = f"leaves the plane of the sheet by {s.off_plane:.3f} mm while extruding"
+            found.append(Violation(s.line, "plane", text))
+        elif abs(s.depth - sheet) > RESOLUTION_MM:
+            text = f"extrudes at {s.depth:.3f} across the sheet, which stands at {sheet:.3f}"
+            found.append(Violation(s.line, "plane", text))
+    return found
+
+
+def _only_spacing(grid: Grid | None) -> float | None:
+    """The height of all beads, where a grid is given and has one spacing."""
+    if grid is None:
+        return None
+    used = np.unique(grid.spacing_mm[~np.isnan(grid.angles_deg)])
+    return float(used[0]) if len(used) == 1 else None
 
 
 def _shift(moves: list[Move]) -> tuple[float, float] | None:

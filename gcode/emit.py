@@ -86,7 +86,7 @@ def _body(program: Program, profile: Profile) -> Iterator[str]:
             if not words:
                 continue
             if kind == Kind.EXTRUDE and move.e_mm:
-                text = feed(move.e_mm + debt)
+                text = feed(max(move.e_mm + debt, E_STEP))  # what extrudes must not become a travel
                 debt += move.e_mm - float(text)
                 words.append("E" + text)
             if (text := rate(move.speed_mm_s)) != speed:
@@ -130,5 +130,5 @@ def feed(mm: float) -> str:
 
 def rate(mm_s: float) -> str:
     """A speed as F in mm/min, rounded down to a tenth, so that no limit is exceeded."""
-    tenths = math.floor(mm_s * 600 + 1e-6)
+    tenths = max(1, math.floor(mm_s * 600 + 1e-6))
     return f"{tenths // 10}" if tenths % 10 == 0 else f"{tenths / 10:.1f}"

@@ -69,7 +69,9 @@ def _obstacle(
             # Only what is upright beyond doubt is above or below another upright.
             apart = max(xr, uprights[k, XR]) - min(xl, uprights[k, XL])
             over = uprights[k, YR] - low
-            if apart <= same_x and over > 2 * tolerance and over > worst:
+            # What overlaps is no stack but two lines of neighbouring columns on their border.
+            stacked = max(line[YL], line[YR]) <= uprights[k, YL] + 2 * tolerance
+            if stacked and apart <= same_x and over > 2 * tolerance and over > worst:
                 worst, who, where = over, int(uprights[k, LINE]), xl
             k += 1
         return who, worst, where

@@ -110,7 +110,9 @@ def _split(raw: str, number: int) -> tuple[str, str | None]:
         raise ParseError(
             f"line {number}: this is no line of G-code, it is binary or has {len(raw)} characters"
         )
-    command, semicolon, comment = raw.rstrip("\r\n").partition(";")
+    command, semicolon, comment = raw.removeprefix("\ufeff").rstrip("\r\n").partition(";")
+    if command.strip() == "%":  # where a tape began and ended
+        command = ""
     numbered = NUMBERED.match(command)
     if numbered:
         said, rest, checksum = numbered.groups()
@@ -135,6 +137,10 @@ def _words(text: str, number: int) -> tuple[str, dict[str, float]]:
         return text.split(maxsplit=1)[0], {}
     if first is None:
         raise ParseError(f"line {number}: {text[:40]!a} is no G-code command")
+    if first[1] in "XYZEF":
+        raise ParseError(
+            f"line {number}: {text[:40]!a} has coordinates but no G0 or G1, which is not read here"
+        )
     code = first[1] + first[2].lstrip("0").rstrip(".") if first[2].strip("0") else first[1] + "0"
     if code[0] != "G":
         return code, {}  # other commands may carry free text

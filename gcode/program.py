@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gcode.bead import bead_area_mm2, feed_per_mm
+from gcode.bead import bead_area_mm2, bead_height_mm, feed_per_mm
 from gcode.errors import BuildVolumeError
 from gcode.estimate import seconds_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
-from profiles import Profile, render
+from profiles import Profile, plain, render
 from slicer.travel import Plan
 
 STILL_MM = 1e-6
@@ -53,7 +53,7 @@ def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: N
         BuildVolumeError: a position is outside the machine.
     """
     material = profile.material
-    height = np.full(len(spacing_mm), material.height_mm) if material.height_mm else spacing_mm
+    height = bead_height_mm(material, spacing_mm)
     shift = _shift(plan, profile, height)
     _inside(plan, profile, shift, tile)
     rate = feed_per_mm(material, height)
@@ -147,10 +147,10 @@ class _Writer:
                 yield from self._travel([*via[via_start[k] : via_start[k + 1]], start])
             if k == 0:
                 yield self._comment("TYPE:FILL")
-                yield self._comment(f"WIDTH:{self.profile.material.width_mm:.10g}")
+                yield self._comment(f"WIDTH:{plain(self.profile.material.width_mm)}")
             if heights[k] != bead_height:
                 bead_height = heights[k]
-                yield self._comment(f"HEIGHT:{bead_height:.10g}")
+                yield self._comment(f"HEIGHT:{plain(bead_height)}")
             yield from self._open()
             yield self._to(end[0], end[1], self.profile.motion.print_speed_mm_s, feeds[k])
         self.toolpath = -1

@@ -13,6 +13,7 @@ from slicer.hatch import hatch
 
 MATCH_MM = 0.01
 STRAIGHT_MM = 0.002
+ROUNDING_MM = 0.0015
 
 
 class Stroke(NamedTuple):
@@ -26,6 +27,7 @@ class Stroke(NamedTuple):
     last: int
     prints: bool
     off_plane: float
+    depth: float
 
 
 def strokes(moves: Iterable[Stroke]) -> list[Stroke]:
@@ -104,11 +106,15 @@ def _ends(drawn: list[Stroke]) -> NDArray[np.float64]:
 def _assign(
     target: NDArray[np.float64], found: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Give each target one found line, the nearest pairs first: which (or -1), and whether each is used."""
+    """Give each target one found line, the nearest pairs first: which (or -1), and whether each is used.
+
+    Of pairs that rounding cannot tell apart the lower target goes with the earlier line.
+    """
     a, b, distance = _near(target, found)
     owner = np.full(len(target), -1, np.intp)
     used = np.zeros(len(found), np.bool_)
-    for k in np.argsort(distance, kind="stable"):
+    distance = np.where(distance <= ROUNDING_MM, 0.0, distance)
+    for k in np.lexsort((b, a, distance)):
         t, f = int(a[k]), int(b[k])
         if owner[t] < 0 and not used[f]:
             owner[t] = f

@@ -2,6 +2,6 @@
 
 from profiles.load import ProfileError, load, shipped
 from profiles.profile import Profile
-from profiles.template import render
+from profiles.template import plain, render
 
-__all__ = ["Profile", "ProfileError", "load", "render", "shipped"]
+__all__ = ["Profile", "ProfileError", "load", "plain", "render", "shipped"]

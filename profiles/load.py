@@ -52,8 +52,10 @@ def _settings(name_or_path: str, depth: int = 0) -> tuple[str, dict[str, Any]]:
         source, text = name_or_path, _read(Path(name_or_path))
     try:
         settings = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, ValueError) as error:
         raise ProfileError(f"{source}: this is no TOML: {error}.") from None
+    except RecursionError:
+        raise ProfileError(f"{source}: is nested too deeply; a profile has sections and settings.") from None
     base = settings.pop("extends", None)
     if base is None:
         return source, settings
@@ -80,7 +82,7 @@ def _read(path: Path) -> str:
             hint = f"Did you mean '{path.with_suffix('.toml')}'?"
         raise ProfileError(f"{path}: there is no such profile or file. {hint}")
     try:
-        return path.read_text("utf-8")
+        return path.read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ProfileError(f"{path}: cannot be read as text: {error}.") from None
 
@@ -92,9 +94,11 @@ def _override(settings: dict[str, Any], override: str) -> None:
         raise ProfileError(
             f"--set {override}: give section.key=value, for example motion.travel_speed_mm_s=80."
         )
+    if not override.isprintable():
+        raise ProfileError(f"--set {override!a}: holds a control character; give one setting in one line.")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError):
         value = text.strip()  # a bare word is a text
     values = settings.setdefault(section, {})
     if isinstance(values, dict):

@@ -21,7 +21,9 @@ class _Section(BaseModel):
 class Machine(_Section):
     """The frame: its size, how the sheet stands in it, and what its axes can do."""
 
-    description: str = Field("Any printer that runs Marlin", description="One line that says which machine.")
+    description: Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")] = Field(
+        "Any printer that runs Marlin", description="One line that says which machine."
+    )
     build_volume_mm: tuple[Positive, Positive, Positive] = Field(
         (220.0, 220.0, 250.0), description="Size of the build volume along X, Y and Z."
     )

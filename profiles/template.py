@@ -25,9 +25,13 @@ def check_template(line: str, values: Mapping[str, object]) -> str | None:
     return None
 
 
+def plain(value: float) -> str:
+    """A number without an exponent and without zeros at its end."""
+    text = f"{value:.6f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
 def render(lines: Sequence[str], values: Mapping[str, object]) -> list[str]:
     """The lines with every placeholder replaced; numbers in their shortest form, 60 rather than 60.0."""
-    shown = {
-        name: f"{value:.10g}" if isinstance(value, float) else str(value) for name, value in values.items()
-    }
+    shown = {name: plain(value) if isinstance(value, float) else str(value) for name, value in values.items()}
     return [line.format_map(shown) for line in lines]

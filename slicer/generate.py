@@ -1,5 +1,7 @@
 """Seeded random fields of fibre angles: the random walk of the source paper."""
 
+import math
+
 import numpy as np
 
 from slicer.errors import SlicerError
@@ -32,6 +34,8 @@ def random_walk(
     Raises:
         SlicerError: a number is out of range; it names the number and the range.
     """
+    numbers = (tile_mm, spacing_mm, start_deg, deviation_deg, low_deg, high_deg)
+    _need(all(map(math.isfinite, numbers)), f"{', '.join(map(str, numbers))}: every number must be finite")
     _need(cols >= 1 and rows >= 1, f"{cols} columns and {rows} rows: both must be at least 1")
     _need(
         tile_mm > 0 and spacing_mm > 0,

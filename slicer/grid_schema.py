@@ -19,8 +19,8 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 
 from slicer.errors import GridError
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e6, le=1e6)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
 Angle = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90, le=90)]
 Point = tuple[Number, Number]
 Ring = Annotated[list[Point], Field(min_length=3)]
@@ -116,12 +116,19 @@ class GridFile(BaseModel):
         if isinstance(self.spacing_mm, list):
             rows = len(self.angles_deg)
             shape = [len(row) for row in self.spacing_mm]
-            if shape != [cols] * rows:
+            if len(shape) != rows:
                 raise PydanticCustomError(
                     "shape",
-                    "spacing_mm has {found} rows of {lengths}, but angles_deg has {rows} rows of {cols}",
-                    {"found": len(shape), "lengths": shape[0] if shape else 0, "rows": rows, "cols": cols},
+                    "spacing_mm has {found} rows, but angles_deg has {rows}; give every tile its own",
+                    {"found": len(shape), "rows": rows},
                 )
+            for row, found in enumerate(shape):
+                if found != cols:
+                    raise PydanticCustomError(
+                        "shape",
+                        "spacing_mm[{row}] has {found} numbers, but angles_deg[{row}] has {cols}",
+                        {"row": row, "found": found, "cols": cols},
+                    )
             for row in range(rows):
                 for col in range(cols):
                     if self.spacing_mm[row][col] is None and self.angles_deg[row][col] is not None:
@@ -167,6 +174,8 @@ def _line(detail: ErrorDetails) -> str:
     if kind in ("greater_than", "greater_than_equal"):
         word, limit = ("above", limits["gt"]) if kind == "greater_than" else ("at least", limits["ge"])
         return f"{path}: {found:g} must be {word} {limit:g}."
+    if kind == "less_than_equal":
+        return f"{path}: {found:g} must be at most {limits['le']:g}."
     if kind == "finite_number":
         return f"{path}: {found} is no finite number."
     if kind in ("float_type", "float_parsing"):

@@ -10,6 +10,9 @@ from slicer.errors import SlicerError
 from slicer.grid import Grid
 
 MAX_LINES = 5_000_000
+RESOLUTION_MM = 0.001
+"""The last decimal of a position in a program."""
+
 RELATIVE_EPS = 1e-9
 """Lengths that differ by less than this part of a tile's side are the same."""
 
@@ -43,7 +46,7 @@ def hatch(grid: Grid) -> Hatch:
     """
     row, col = np.nonzero(~np.isnan(grid.angles_deg))
     width, height = grid.tile_mm
-    along = _directions(grid.angles_deg[row, col])
+    along = _directions(grid.angles_deg[row, col], float(np.hypot(width, height)))
     spacing = grid.spacing_mm[row, col]
     # How far from the centre, across the lines, a tile reaches, and thus how many lines it takes.
     reach = (width * np.abs(along[:, 1]) + height * along[:, 0]) / 2
@@ -73,18 +76,24 @@ def hatch(grid: Grid) -> Hatch:
     shortest = np.full(len(row), grid.min_length_mm) if grid.min_length_mm is not None else spacing
     # Points are lines that meet only a corner of their tile; they are no toolpaths at all.
     real = length > RELATIVE_EPS * max(grid.tile_mm)
-    keep = real & (length >= shortest[of[owner]] * (1 - RELATIVE_EPS))
+    enough = np.maximum(shortest[of[owner]] * (1 - RELATIVE_EPS), 2 * RESOLUTION_MM)
+    keep = real & (length >= enough)
     straight_up_or_level = (along[of[owner]] == 0).any(axis=1)
     once = _once_on_borders(ends, keep & straight_up_or_level, max(grid.tile_mm))
     tile = np.stack([col, row], axis=1).astype(np.int32)
     return Hatch(ends[once & keep], tile[of[owner[once & keep]]], int((once & real & ~keep).sum()))
 
 
-def _directions(angles_deg: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit vectors (t, 2) of tilts; exact for 0 and 90 degrees, where cosine and sine are not."""
+def _directions(angles_deg: NDArray[np.float64], diagonal_mm: float) -> NDArray[np.float64]:
+    """Unit vectors (t, 2) of tilts.
+
+    A tilt that leaves 0 or 90 degrees by less than a program can say over a whole tile is 0 or 90:
+    measured angles are seldom exact, and lines that differ by nothing must not be two.
+    """
     radians = np.radians(angles_deg)
     along = np.stack([np.cos(radians), np.sin(radians)], axis=1)
-    along[angles_deg == 90] = 0.0, 1.0
+    along[np.abs(along[:, 1]) * diagonal_mm <= RESOLUTION_MM] = 1.0, 0.0
+    along[np.abs(along[:, 0]) * diagonal_mm <= RESOLUTION_MM] = 0.0, 1.0
     return along
 
 

@@ -11,6 +11,13 @@ EPS = 1e-9
 
 tilts = st.one_of(
     st.sampled_from([0.0, 90.0, 45.0, -45.0, 89.9, -89.9, 0.1, -0.1]),
+    # What is next to level and upright, down to the last bit.
+    st.builds(
+        lambda side, deviation, sign: side - deviation if side else sign * deviation,
+        st.sampled_from([0.0, 90.0, -90.0 + 1e-13]),
+        st.sampled_from([1e-14, 1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.03]),
+        st.sampled_from([1, -1]),
+    ).map(lambda angle: angle if -90 < angle <= 90 else 180 + angle),
     st.floats(-89.99, 90, allow_nan=False).map(lambda angle: round(angle, 2)),
 )
 

@@ -6,7 +6,15 @@ import traceback
 import click
 
 # By name, so that `vslice --help` need not import the packages that raise them.
-WRONG_INPUT = {"GridError", "ProfileError", "ParseError", "CrossingError", "SequenceError", "ProtocolError"}
+WRONG_INPUT = {
+    "SlicerError",
+    "GridError",
+    "ProfileError",
+    "ParseError",
+    "CrossingError",
+    "SequenceError",
+    "ProtocolError",
+}
 OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "vslice"}
 
 

@@ -36,16 +36,17 @@ def write(path: Path | None, chunks: Iterable[bytes]) -> None:
             out.writelines(chunks)
         return
     target = path.resolve()
-    with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name}.", delete=False) as out:
-        try:
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with open(handle, "wb") as out:
             out.writelines(chunks)
             out.flush()
             os.fsync(out.fileno())
-            os.chmod(out.name, stat.S_IMODE(mode) if mode is not None else 0o666 & ~_umask())
-            os.replace(out.name, target)
-        except BaseException:
-            os.unlink(out.name)
-            raise
+        os.chmod(name, stat.S_IMODE(mode) if mode is not None else 0o666 & ~_umask())
+        os.replace(name, target)
+    except BaseException:
+        os.unlink(name)
+        raise
 
 
 def _umask() -> int:

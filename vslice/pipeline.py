@@ -62,8 +62,14 @@ def hatched(sheet: Grid) -> Hatch:
     """
     lines = hatch.hatch(sheet)
     if len(lines.segments) == 0:
-        why = f"{lines.dropped} were shorter than min_length_mm" if lines.dropped else "all tiles are empty"
-        raise SlicerError(f"{sheet.source}: no toolpath is left of it: {why}.")
+        if lines.dropped:
+            limit = (
+                "spacing_mm, the default" if sheet.min_length_mm is None else f"{sheet.min_length_mm:g} mm"
+            )
+            why = f"all {lines.dropped} lines are shorter than min_length_mm ({limit})"
+        else:
+            why = "all tiles are empty" if np.isnan(sheet.angles_deg).all() else "outline_mm leaves nothing"
+        raise SlicerError(f"{sheet.source}: the sheet has no toolpaths: {why}.")
     return lines
 
 

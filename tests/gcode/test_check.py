@@ -50,6 +50,30 @@ def test_firmware_retraction_and_extra_prime_pass():
         assert violations(lines, "marlin-generic", None, setting) == []
 
 
+@pytest.mark.parametrize(("gone", "kind"), [("G10", "leak"), ("G11", "flow")])
+def test_firmware_retraction_comes_in_pairs(gone, kind):
+    setting = "motion.firmware_retraction=true"
+    lines = make_lines(make_grid([[-45, None, None, -45]]), "marlin-generic", setting)
+    assert kinds(violations([l for l in lines if l != gone], "marlin-generic", None, setting)) == {kind}
+
+
+@pytest.mark.parametrize(
+    "angles", [[[90, 89.99]], [[90, 89.9999999]], [[-0.01], [0.01]], [[0, 1e-14], [1e-14, 0]]]
+)
+@pytest.mark.parametrize("tile", [1.0, 5.0])
+@pytest.mark.parametrize("with_grid", [True, False])
+def test_lines_that_nearly_coincide_on_a_border_pass(angles, tile, with_grid):
+    sheet = make_grid(angles, spacing=tile / 10, tile=(tile, tile))
+    assert violations(make_lines(sheet), "marlin-generic", sheet if with_grid else None) == []
+
+
+def test_feeds_below_the_last_decimal_still_extrude():
+    wide = ["material.syringe_bore_mm=40.0", "material.width_mm=0.1"]
+    lines = make_lines(SHEET, "marlin-syringe", *wide)
+    assert not any(line.endswith("E0.00000") or " E0.00000 " in line for line in lines)
+    assert "missing" not in kinds(violations(lines, "marlin-syringe", SHEET, *wide))
+
+
 def toolpath_blocks(lines):
     """(head, the lines of each toolpath, tail)."""
     at = [k for k, line in enumerate(lines) if line.startswith(";TOOLPATH")]
@@ -129,6 +153,11 @@ DAMAGE = {
     "drawn back": (edited(lambda l: ["G1 E-2.00000 F1800", l]), "flow", "extrudes while the feed is drawn back by 2.0"),
     "blob": (edited(lambda l: ["G1 E0.50000 F1800", l]), "leak", "feeds 0.50000 mm more than was drawn back"),
     "out of the plane": (edited(lambda l: [l + " Y111.000"]), "plane", "leaves the plane of the sheet by 1.000 mm"),
+    "beside the plane": (lambda ls: [*ls[:40], "G0 Y140.000", *ls[40:]], "plane", "extrudes at 140.000 across the sheet, which stands at 110.000"),
+    "no speed": (lambda ls: [re.sub(r" F\S+", "", l) if l[0] == "G" else l for l in ls], "speed", "before any speed above 0"),
+    "flow factor": (lambda ls: ["M221 S300", *ls], "command", "M221 S300 is not followed"),
+    "other tool": (lambda ls: ["T1", *ls], "command", "T1 is not followed"),
+    "all too thick, comments gone": (lambda ls: [re.sub(r"(G1 .*)E(\d\S*)", lambda m: f"{m[1]}E{2 * float(m[2]):.5f}", l) for l in ls if l[0] != ";"], "flow", "the profile's bead needs"),
     "all too thick": (lambda ls: [re.sub(r"(G1 .*)E(\d\S*)", lambda m: f"{m[1]}E{1.5 * float(m[2]):.5f}", l) for l in ls], "flow", "the profile's bead needs"),
 }  # fmt: skip
 
@@ -154,9 +183,10 @@ def test_every_kind_of_damage_is_found_and_named(name):
             lambda ls: [line for k, line in enumerate(ls) if not (line == "M107" and k > 40 and k < 60)],
             "leak",
         ),
+        (lambda ls: [line for line in ls if not line.startswith("G4 ")], "flow"),
         (lambda ls: ["M106 S250" if line == "M106 S255" else line for line in ls], "missing"),
     ],
-    ids=["valve stays open", "valve never opens"],
+    ids=["valve stays open", "valve is given no time", "valve never opens"],
 )
 def test_valves(damage, kind):
     lines = make_lines(SHEET, "marlin-pneumatic")
@@ -175,9 +205,12 @@ def test_a_violation_names_the_line_that_an_editor_shows():
 
 def test_lines_may_be_drawn_in_several_straight_movements():
     lines = ["G92 X0 Y110 Z0", "M83", "G0 X10 Z0.05 F600"]
-    lines += ["G1 X10.5 E0.02", "G1 X11 E0.02"]
     sheet = make_grid([[0]], spacing=0.6, tile=(1.0, 1.0))
-    found = violations(lines, "marlin-generic", sheet, "machine.offset_mm=10.0")
+    whole = float(
+        next(line for line in make_lines(sheet) if line.startswith("G1 X")).split("E")[1].split()[0]
+    )
+    lines += [f"G1 X10.5 E{whole / 2:.5f}", f"G1 X11 E{whole / 2:.5f}"]
+    found = violations(lines, "marlin-generic", sheet)
     assert kinds(found) == set()
 
 

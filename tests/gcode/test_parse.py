@@ -56,6 +56,7 @@ CASES = {
         ["M117 G1 X9", "START_PRINT BED=60", "T0", "M104 S200", "G29", "G1 X1"],
         [("TRAVEL", 1, 0, 0)],
     ),
+    "byte order mark and percent": (["\ufeffG21", "%", "G1 X1", "%"], [("TRAVEL", 1, 0, 0)]),
     "blank lines": (["", "  ", "G1 X1\r"], [("TRAVEL", 1, 0, 0)]),
 }
 
@@ -103,6 +104,7 @@ def test_dwells_and_firmware_retraction():
         ("G1 X1.2.3", "line 2: '.3' is no word"),
         ("G1 Xabc", "line 2: 'XABC' is no word"),
         ("?", "line 2: '\\?' is no G-code command"),
+        ("X500 Z1", "line 2: 'X500 Z1' has coordinates but no G0 or G1"),
         ("G1 X1\0", "line 2: this is no line of G-code"),
     ],
 )

@@ -45,8 +45,13 @@ BAD = {
     "flat angles": (GOOD | {"angles_deg": [1]}, ["angles_deg[0]: 1 where a list is needed"]),
     "spacing shape": (
         GOOD | {"spacing_mm": [[1, 1]]},
-        ["spacing_mm has 1 rows of 2, but angles_deg has 2 rows of 2"],
+        ["spacing_mm has 1 rows, but angles_deg has 2"],
     ),
+    "spacing row": (
+        GOOD | {"spacing_mm": [[1, 1], [1]]},
+        ["spacing_mm[1] has 1 numbers, but angles_deg[1] has 2"],
+    ),
+    "far away": (GOOD | {"origin_mm": [1e18, 0]}, ["origin_mm[0]: 1e+18 must be at most 1e+06"]),
     "spacing null": (
         GOOD | {"spacing_mm": [[1, None], [1, 1]]},
         ["spacing_mm[0][1] is null, but tile (1, 0) has an angle"],

@@ -119,7 +119,7 @@ MISTAKES = [
     (["sheet.json", "--method", "gredy"], 2, "there is no method 'gredy'"),
     (["sheet.json", "-o", "sheet.json"], 2, "sheet.json is the input itself; name another file with -o."),
     (["sheet.json", "--fast"], 2, "No such option '--fast'"),
-    (["empty.json"], 1, "empty.json: no toolpath is left of it: all tiles are empty."),
+    (["empty.json"], 2, "empty.json: the sheet has no toolpaths: all tiles are empty."),
     (
         ["sheet.json", "-o", "nowhere/part.gcode"],
         1,
@@ -128,9 +128,13 @@ MISTAKES = [
     (["check", "missing.gcode"], 2, "missing.gcode: there is no such file"),
     (["check", "bad.json"], 2, "bad.json: line 1: '?' is no G-code command"),
     (["preview", "sheet.json", "-o", "sheet.bmp"], 2, "a picture must end in .png, .svg or .pdf, not '.bmp'"),
-    (["preview", "missing.json"], 1, "missing.json: there is no such file"),
+    (["preview", "missing.json"], 2, "missing.json: there is no such file"),
     (["preview", "nothing.gcode"], 1, "nothing is extruded in it"),
-    (["generate", "--cols", "0"], 1, "0 columns and 4 rows: both must be at least 1"),
+    (["generate", "--cols", "0"], 2, "0 is not in the range 1<=x<=10000"),
+    (["generate", "--deviation-deg", "inf"], 2, "every number must be finite"),
+    (["generate", "--start-deg", "45"], 2, "low -45, start 45, high 0"),
+    (["preview", "sheet.json", "--dpi", "0"], 2, "0 is not in the range"),
+    (["sheet.json", "--set", "motion.clearance_mm=1\nx=3"], 2, "holds a control character"),
     (["profiles", "show", "marlin-genric"], 2, "Did you mean 'marlin-generic'?"),
 ]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from vslice.options import program_profile_option, set_option
-from vslice.session import common, say
+from vslice.session import common, progress, say
 
 MOST = 20
 
@@ -42,9 +42,12 @@ def command(
     from slicer import grid
     from vslice.machine import mismatch, read_program
 
-    moves, name, profile = read_program(program_file, profile_name, overrides)
-    sheet = None if grid_file is None else grid.read(grid_file)
-    report = check(moves, profile, sheet)
+    with progress(2) as step:
+        step("reading")
+        sheet = None if grid_file is None else grid.read(grid_file)
+        moves, name, profile = read_program(program_file, profile_name, overrides)
+        step("replaying")
+        report = check(moves, profile, sheet)
     wrong = report.violations
     if as_json:
         facts = {

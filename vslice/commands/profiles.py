@@ -43,7 +43,13 @@ def schema() -> None:
     """Print the JSON Schema of a profile, for editors."""
     import profiles
 
-    click.echo(json.dumps(profiles.Profile.model_json_schema(), indent=1))
+    found = profiles.Profile.model_json_schema()
+    extends = {
+        "type": "string",
+        "description": "A shipped profile, or a file beside this one, to start from.",
+    }
+    found["properties"] = {"extends": extends} | found["properties"]
+    click.echo(json.dumps(found, indent=1))
 
 
 def _toml(value: object) -> str:
