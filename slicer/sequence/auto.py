@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slicer.sequence.beam import beam
+from slicer.sequence.beam import ARCS_PER_TOOLPATH, beam
+from slicer.sequence.corridor import widest_corridor
 from slicer.sequence.descend import RELATIVE_EPS
 from slicer.sequence.exact import exact
 from slicer.sequence.incumbent import Incumbent
@@ -18,6 +19,7 @@ from slicer.sequence.local import HEAT, budget, improve
 from slicer.sequence.method import Found, Method, Options
 from slicer.sequence.neighbours import Neighbours, neighbours
 from slicer.sequence.problem import Problem
+from slicer.sequence.section import Section
 from slicer.sequence.window import polish
 
 PROVE_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
@@ -66,7 +68,9 @@ class _Run:
         if not self.kick(SETTLE * n, HEAT, 0):
             return False
         settled = self.incumbent.cost
-        if n <= PROVE_UP_TO[effort]:
+        if not self.enumerable():
+            pass
+        elif n <= PROVE_UP_TO[effort]:
             if not self.take(exact):
                 return False
             if self.bound is not None and self.incumbent.cost <= self.bound * (1 + RELATIVE_EPS):
@@ -85,6 +89,13 @@ class _Run:
                 return False
             heat = MILD
         return True
+
+    def enumerable(self) -> bool:
+        """Whether the columns have so few down-sets that all of them can be looked at."""
+        section = Section.whole(self.problem, self.options.objective)
+        most_arcs = max(self.problem.n, 100) * ARCS_PER_TOOLPATH[self.options.effort]
+        corridor = widest_corridor(section, self.incumbent.oriented >> 1, most_arcs)
+        return corridor is not None and corridor.complete
 
     def kick(self, kicks: int, heat: float, salt: int) -> bool:
         """Local search; False where time ran out."""

@@ -25,7 +25,7 @@ from slicer.sequence.problem import Problem
 EPS = 1e-9
 """A gain must be more than rounding can feign."""
 
-LONGEST = 200
+LONGEST = 3000
 """How many toolpaths a block may hold."""
 
 

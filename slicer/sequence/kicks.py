@@ -7,7 +7,7 @@ from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.descent import descend, touch
 from slicer.sequence.exchange import LONGEST, exchange, refresh
 
-REACH = 10
+REACH = 30
 """How many positions apart the blocks of a kick may start, and how long the second may be."""
 
 WINDOW = 2_000
