@@ -10,6 +10,9 @@ from slicer.sequence.exchange import LONGEST, exchange, refresh
 REACH = 10
 """How many positions apart the blocks of a kick may start, and how long the second may be."""
 
+WINDOW = 2_000
+"""How many positions the kicks are drawn from at a time."""
+
 CLOSE = 10
 """How far from their centre the exchanges of a kick start."""
 
@@ -74,20 +77,24 @@ def iterate(
     high: int,
     heat: float,
 ) -> float:
-    """Kick and descend ``kicks`` times around positions [low, high); returns the gain in total.
+    """Kick and descend ``kicks`` times on the way from position low to high; returns the gain in total.
 
     Each time two exchanges close to each other are drawn: descent would just take back a single one. What
-    is worse by d afterwards is kept with probability exp(-d / heat).
+    is worse by d afterwards is kept with probability exp(-d / heat). The kicks move along the sequence
+    within a window, so that what they touch stays in the processor's caches.
     """
     n = order.shape[1] - 2
+    if n + 1 - fixed < 2 or high <= low:
+        return 0.0
     back = order[0].copy()
     queue = np.empty(n, np.int32)
     queued = np.zeros(n, np.bool_)
     span = np.empty(2, np.int64)
     spare = np.empty((LONGEST, 3))
     total = 0.0
-    for _ in range(kicks):
-        centre = low + int(draw(state) * (high - low))
+    window = min(WINDOW, high - low)
+    for step in range(kicks):
+        centre = low + int((high - low - window) * step / kicks + draw(state) * window)
         gain = 0.0
         count = 0
         span[0], span[1] = n + 2, 0

@@ -109,6 +109,15 @@ def test_short_lines_are_dropped_and_counted():
     assert everything.dropped == 0
 
 
+@pytest.mark.parametrize("shortest", [None, 0.35])
+def test_exactly_the_short_lines_are_dropped(shortest):
+    angles = [[-45, 20], [80, -7]]
+    everything = hatch(grid(angles, min_length_mm=0.0)).segments
+    length = np.hypot(*(everything[:, 1] - everything[:, 0]).T)
+    kept = hatch(grid(angles, min_length_mm=shortest)).segments
+    np.testing.assert_array_equal(kept, everything[length >= (shortest or 0.1) - 1e-9])
+
+
 def test_a_hole_cuts_a_line_in_two():
     square = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0)]
     hole = [(1.0, 0.2), (2.0, 0.2), (2.0, 0.8), (1.0, 0.8)]

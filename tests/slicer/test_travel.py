@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fields import blocked, random_extension, segment_sets, taut_length
+from fields import blocked, loose_segments, random_extension, segment_sets, taut_length
 from hypothesis import given, settings
 
 from slicer import travel
@@ -17,7 +17,7 @@ def legs(plan, k):
 
 
 @settings(max_examples=150, deadline=None)
-@given(segment_sets(max_n=40))
+@given(segment_sets(max_n=40) | loose_segments())
 def test_routes_are_the_taut_string_over_what_is_printed(segments):
     n = len(segments)
     random = np.random.default_rng(n)
@@ -38,7 +38,7 @@ def test_routes_are_the_taut_string_over_what_is_printed(segments):
 
 
 @settings(max_examples=50, deadline=None)
-@given(segment_sets(max_n=40))
+@given(segment_sets(max_n=40) | loose_segments())
 def test_clearance_lifts_a_route_and_leaves_straight_travels_alone(segments):
     n = len(segments)
     order = random_extension(np.random.default_rng(n), n, covering_edges(segments))

@@ -106,6 +106,7 @@ MISTAKES = [
     (["sheet.json", "--set", "motion.speed=3"], 2, "[motion] unknown key 'speed'"),
     (["sheet.json", "--set", "machine.offset_mm=900.0"], 1, "tile (0, 0), toolpath 0: X 900"),
     (["sheet.json", "--method", "gredy"], 2, "there is no method 'gredy'"),
+    (["sheet.json", "-o", "sheet.json"], 2, "sheet.json is the input itself; name another file with -o."),
     (["sheet.json", "--fast"], 2, "No such option '--fast'"),
     (["empty.json"], 1, "empty.json: no toolpath is left of it: all tiles are empty."),
     (["sheet.json", "-o", "nowhere/part.gcode"], 1, "nowhere"),
@@ -170,7 +171,9 @@ def test_output_keeps_links_modes_and_devices(tmp_path):
     target.write_text("old")
     target.chmod(0o640)
     link.symlink_to(target)
-    output.write(link, [b"new"])
+    with target.open() as reader:
+        output.write(link, [b"new"])
+        assert reader.read() == "old", "the old file was written over, not replaced"
     assert link.is_symlink()
     assert target.read_text() == "new"
     assert target.stat().st_mode & 0o777 == 0o640
