@@ -24,6 +24,8 @@ from slicer.sequence.window import polish
 
 PROVE_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
 """Toolpaths up to which a proof is tried before anything else."""
+PROVE_AT_ONCE = 300
+"""Toolpaths up to which the proof needs no better start."""
 BEAM_UP_TO = {"quick": 2_000, "default": 8_000, "high": 25_000}
 """Toolpaths up to which a beam search over the whole sheet is worth its time."""
 POLISH_UP_TO = 30_000
@@ -65,10 +67,11 @@ class _Run:
     def stages(self) -> bool:
         """Run one stage after the other; whether all of them came to their end."""
         n, effort = self.problem.n, self.options.effort
-        if not self.kick(SETTLE * n, HEAT, 0):
+        enumerable = self.enumerable()
+        if not (enumerable and n <= PROVE_AT_ONCE) and not self.kick(SETTLE * n, HEAT, 0):
             return False
         settled = self.incumbent.cost
-        if not self.enumerable():
+        if not enumerable:
             pass
         elif n <= PROVE_UP_TO[effort]:
             if not self.take(exact):

@@ -185,19 +185,15 @@ def best_move(
     """The best exchange that lets oriented toolpath ``v`` directly follow ``u``, if better than ``best``."""
     p, q = order[1, u >> 1], order[1, v >> 1]
     turn_u, turn_v = order[0, p] ^ u, order[0, q] ^ v
-    if min(p, q) < fixed:
-        if q < fixed or turn_u or q - p > longest or q == p + 1:
-            return best
-        return move_back(points, parameters, links, near, fixed, longest, order, cost, p, q, turn_v, best)
     if p < q:
         if q - p > longest or q == p + 1:
             return best
         if not turn_u:
             best = move_back(points, parameters, links, near, fixed, longest, order, cost, p, q, turn_v, best)
-        if not turn_v:
+        if not turn_v and p >= fixed:
             best = move_on(points, parameters, links, near, fixed, longest, order, cost, p, q, turn_u, best)
         return best
-    if p - q >= longest:
+    if p - q >= longest or q < fixed:
         return best
     return cut_between(
         points, parameters, links, near, fixed, longest, order, cost, q, p, turn_v, turn_u, best
@@ -237,22 +233,19 @@ def descend(
             p = order[1, s]
             u = order[0, p]
             best = (EPS, 0, 0, 0, 0, 0)
-            limit = cost[0, p + 1]
-            for t in range(near.shape[2]):
-                v = near[u, 0, t]
-                if v < 0 or arc_cost(points, parameters, u, v) >= limit - EPS:
-                    break
-                best = best_move(points, parameters, links, near, fixed, longest, order, cost, u, v, best)
+            for side in range(2):
+                # A gain needs a travel from or to s that is cheaper than the one there is.
+                limit = cost[0, p + 1 - side]
+                for t in range(near.shape[2]):
+                    v = near[u, side, t]
+                    a, b = (u, v) if side == 0 else (v, u)
+                    if v < 0 or arc_cost(points, parameters, a, b) >= limit - EPS:
+                        break
+                    best = best_move(points, parameters, links, near, fixed, longest, order, cost, a, b, best)
+                    if best[3] > 0:
+                        break
                 if best[3] > 0:
                     break
-            limit = cost[0, p]
-            for t in range(near.shape[2]):
-                v = near[u, 1, t]
-                if v < 0 or arc_cost(points, parameters, v, u) >= limit - EPS:
-                    break
-                if best[3] > 0:
-                    break
-                best = best_move(points, parameters, links, near, fixed, longest, order, cost, v, u, best)
             gain, i, j, k, turn_a, turn_b = best
             if k == 0:
                 break
