@@ -38,6 +38,7 @@ class Blocks(NamedTuple):
         dense: int64 (s,), the row-major number of each state among the tuples of down-sets.
         home: int32 (c, 2), the first and the last block that has a column.
         column_size: int32 (c,), the number of toolpaths of each column.
+        column_start: int32 (c + 1,), the number of those in all columns before each.
     """
 
     bounds: NDArray[np.int32]
@@ -53,6 +54,7 @@ class Blocks(NamedTuple):
     dense: NDArray[np.int64]
     home: NDArray[np.int32]
     column_size: NDArray[np.int32]
+    column_start: NDArray[np.int32]
 
     @property
     def blocks(self) -> int:
@@ -119,7 +121,7 @@ def connect(
     ends = np.array([section.column[s] if s != NONE else NONE for s in (section.first, last)], np.int32)
     _prune_unreachable(bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, ends)
     order = np.lexsort((sets.local, section.column))
-    column_start = np.concatenate([[0], np.cumsum(sets.size)])
+    column_start = np.concatenate([[0], np.cumsum(sets.size)]).astype(np.int32)
     members = [order[column_start[a] : column_start[b + 1]] for a, b in pairwise(bounds)]
     path_start = np.concatenate([[0], np.cumsum([len(m) for m in members])]).astype(np.int32)
     state_start, number, move_start, value_start, dense = _number(
@@ -158,6 +160,7 @@ def connect(
         dense,
         np.minimum(home, len(bounds) - 2).astype(np.int32),
         sets.size,
+        column_start,
     )
 
 
@@ -165,7 +168,8 @@ def connect(
 def _strides(bounds: NDArray[np.int32], set_start: NDArray[np.int32], k: int) -> NDArray[np.int64]:
     """int64 (columns of block k,): what one step of each column adds to the row-major number."""
     width = bounds[k + 1] - bounds[k] + 1
-    stride = np.ones(width, np.int64)
+    stride = np.empty(width, np.int64)
+    stride[width - 1] = 1
     for q in range(width - 1, 0, -1):
         stride[q - 1] = stride[q] * (set_start[bounds[k] + q + 1] - set_start[bounds[k] + q])
     return stride
@@ -189,8 +193,9 @@ def _prune_unreachable(
     for k in range(len(bounds) - 1):
         base, size = dense_start[k], dense_start[k + 1] - dense_start[k]
         stride = _strides(bounds, set_start, k)
-        reached = np.zeros(size, np.bool_)
-        reached[0] = True
+        reached = np.empty(size, np.bool_)
+        for index in range(size):
+            reached[index] = index == 0
         for forward in (True, False):
             for place in range(size):
                 index = place if forward else size - 1 - place
@@ -228,16 +233,20 @@ def _number(
     top_start: NDArray[np.int32],
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int64]]:
     """Number the living states: state_start, number by row-major place, move_start, value_start, dense."""
-    states = np.count_nonzero(alive)
-    state_start = np.zeros(len(bounds), np.int32)
-    number = np.full(len(alive), NONE, np.int32)
-    move_start = np.zeros(states + 1, np.int32)
-    value_start = np.zeros(states + 1, np.int32)
+    states = 0
+    for index in range(len(alive)):
+        states += alive[index]
+    state_start = np.empty(len(bounds), np.int32)
+    number = np.empty(len(alive), np.int32)
+    move_start = np.empty(states + 1, np.int32)
+    value_start = np.empty(states + 1, np.int32)
     dense = np.empty(states, np.int64)
     s = 0
+    state_start[0] = move_start[0] = value_start[0] = 0
     for k in range(len(bounds) - 1):
         stride = _strides(bounds, set_start, k)
         for index in range(dense_start[k + 1] - dense_start[k]):
+            number[dense_start[k] + index] = NONE
             if not alive[dense_start[k] + index]:
                 continue
             number[dense_start[k] + index] = s
@@ -277,11 +286,13 @@ def _fill(
     move_path = np.empty(move_start[-1], np.int32)
     move_to = np.empty(move_start[-1], np.int32)
     move_value = np.empty(move_start[-1], np.int32)
-    value_path = np.full(value_start[-1], NONE, np.int32)
+    value_path = np.empty(value_start[-1], np.int32)
     for k in range(len(bounds) - 1):
         stride = _strides(bounds, set_start, k)
         for s in range(state_start[k], state_start[k + 1]):
             m, offset, rest = move_start[s], 0, dense[s]
+            for side in range(OUTSIDE):
+                value_path[value_start[s] + side] = NONE
             tops = OUTSIDE  # a step in one column leaves the values of the columns left of it in place
             for q in range(len(stride)):
                 at = set_start[bounds[k] + q] + rest // stride[q]

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.layers import advance, first_layer
+from slicer.sequence.candidates import new_pool
+from slicer.sequence.layers import expand, first_layer, next_layer
 from slicer.sequence.method import Options
 from slicer.sequence.pair_bound import PairBound
 
@@ -57,13 +58,14 @@ def descend(
     below = cut - RELATIVE_EPS * abs(cut) if np.isfinite(cut) else cut
     metric = section.parameters[0] == 0.0
     layer = first_layer(blocks, bound.value, section.column, bound.sets.local, bound.ends.starts)
+    pool = new_pool()
     parents, lasts = [layer.parent], [layer.last]
     missed, nodes, generated, widest = np.inf, 0, 0, 0
     for _ in range(section.n - 1):
         nodes += len(layer.last)
         if nodes > most_nodes or options.out_of_time():
             return Descent(None, np.inf, bound.bound, nodes, generated, widest, False)
-        layer, dropped, more = advance(
+        pool, size, dropped, more = expand(
             blocks,
             bound.value,
             section.segments,
@@ -71,10 +73,12 @@ def descend(
             bound.sets.local,
             section.parameters,
             layer,
+            pool,
             below,
             width,
             metric,
         )
+        layer = next_layer(blocks, section.column, bound.sets.local, layer, pool, size)
         missed = min(missed, dropped)
         generated += more
         widest = max(widest, len(layer.last))

@@ -10,11 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import bare_kernel
 from slicer.sequence.section import NONE, Section
 
 UNLIMITED = int(np.iinfo(np.int32).max)
 WIDEST_CORRIDOR = 8
+MOST_STEPS = 32
+"""Steps from a down-set, on average; a column with more counts as one with too many down-sets."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,24 +79,17 @@ def down_sets(section: Section, limit: int, guide: NDArray[np.int32] | None = No
     begin = np.searchsorted(section.column[by_column], np.arange(columns + 1))
     local = np.empty(n, np.int32)
     local[by_column] = np.arange(n) - begin[section.column[by_column]]
-    first = section.first
-    last = section.last >> 1 if section.last != NONE else NONE
     sets, moves, tops = [0], 0, 0
     parts: list[tuple[NDArray[np.int32], ...]] = []
     corridor = np.full(columns, UNLIMITED, np.int32)
     for c in range(columns):
         paths = by_column[begin[c] : begin[c + 1]]
-        ends = [int(local[s]) if s != NONE and section.column[s] == c else NONE for s in (first, last)]
         for width in (UNLIMITED, *range(WIDEST_CORRIDOR, -1, -1)):
-            member, step_start, step = _column(
-                paths, local, section.pred_start, section.pred, ends[0], ends[1], width, limit
-            )
+            member, step_start, step = _column(section, paths, local, width, limit)
             if len(member):
                 corridor[c] = width
                 break
-        top_start, top_path, slot = _tops(
-            paths, local, section.pred_start, section.pred, member, step_start, step
-        )
+        top_start, top_path, slot = _tops(section, paths, local, member, step)
         parts.append(
             (step_start[:-1] + moves, step[0], step[1] + sets[-1], slot, top_start[:-1] + tops, top_path)
         )
@@ -137,8 +132,50 @@ def any_order(section: Section) -> NDArray[np.int32]:
     return np.array(order, np.int32)
 
 
-@kernel
 def _column(
+    section: Section, paths: NDArray[np.int32], local: NDArray[np.int32], width: int, limit: int
+) -> tuple[NDArray[np.bool_], NDArray[np.int32], NDArray[np.int32]]:
+    """Down-sets of one column: members (d, size), where the steps of each start, and [path, to] (2, s).
+
+    ``paths`` is in the order of the guide, so that a down-set of m toolpaths leaves the corridor by as
+    many as it has members from place m on. No rows at all mean that there are more than ``limit``.
+    """
+    size = len(paths)
+    first = last = NONE
+    if section.first != NONE and section.column[section.first] == section.column[paths[0]]:
+        first = int(local[section.first])
+    if section.last != NONE and section.column[section.last >> 1] == section.column[paths[0]]:
+        last = int(local[section.last >> 1])
+    # A corridor of width 0 is one chain, and must fit whatever the limit is.
+    most = max(limit, size + 1)
+    capacity = min(most, 2 * size + 2)
+    while True:
+        member = np.zeros((capacity, size), np.bool_)
+        step_start = np.zeros(capacity + 1, np.int32)
+        step = np.empty((2, min(size, MOST_STEPS) * capacity), np.int32)
+        count = _enumerate(
+            paths,
+            local,
+            section.pred_start,
+            section.pred,
+            first,
+            last,
+            width,
+            member,
+            step_start,
+            step,
+            np.zeros(capacity, np.uint64),
+            np.full(2 * capacity, NONE, np.int32),
+        )
+        if count != NONE:
+            return member[:count], step_start[: count + 1], step[:, : step_start[count]]
+        if capacity == most:
+            return member[:0], step_start[:1], step[:, :0]
+        capacity = min(most, 2 * capacity)
+
+
+@bare_kernel
+def _enumerate(
     paths: NDArray[np.int32],
     local: NDArray[np.int32],
     pred_start: NDArray[np.int32],
@@ -146,27 +183,21 @@ def _column(
     first: int,
     last: int,
     width: int,
-    limit: int,
-) -> tuple[NDArray[np.bool_], NDArray[np.int32], NDArray[np.int32]]:
-    """Down-sets of one column, breadth first: members (d, size), where steps start, and [path, to] (2, s).
-
-    ``paths`` is in the order of the guide, so that a down-set of m toolpaths leaves the corridor by as
-    many as it has members from place m on. No rows at all mean that there are more than ``limit``.
-    """
+    member: NDArray[np.bool_],
+    step_start: NDArray[np.int32],
+    step: NDArray[np.int32],
+    key: NDArray[np.uint64],
+    table: NDArray[np.int32],
+) -> int:
+    """Fill in the down-sets of a column, breadth first; how many, or ``NONE`` where the room is too small."""
     size = len(paths)
-    # A corridor of width 0 is one chain, and must fit whatever the limit is.
-    most = max(limit, size + 1)
-    capacity = min(most, 4 * size + 4)
-    member = np.zeros((capacity, size), np.bool_)
-    key = np.zeros(capacity, np.uint64)
-    step_start = np.zeros(capacity + 1, np.int32)
-    step = np.empty((2, 2 * capacity), np.int32)
-    table = np.full(2 * most, -1, np.int32)
     count, begin, moves = 1, 0, 0
     for m in range(size):
         end = count
         for i in range(begin, end):
-            beyond = np.count_nonzero(member[i, m + 1 :])
+            beyond = 0
+            for t in range(m + 1, size):
+                beyond += member[i, t]
             for t in range(size):
                 s = paths[t]
                 if member[i, t] or (t == last and m < size - 1) or (m == 0 and first >= 0 and t != first):
@@ -185,28 +216,22 @@ def _column(
                     key[table[place]] == hashed and _adds(member, table[place], i, t)
                 ):
                     place = (place + 1) % len(table)
-                to = table[place]
-                if to < end:
-                    if count == most:
-                        return member[:0], step_start[:1], step[:, :0]
+                if table[place] < end:
                     if count == len(member):
-                        member = np.concatenate((member, np.zeros_like(member)))
-                        key = np.concatenate((key, key))
-                        step_start = np.concatenate((step_start, step_start))
-                    to = count
+                        return NONE
+                    table[place] = count
+                    key[count] = hashed
+                    for q in range(size):
+                        member[count, q] = member[i, q] or q == t
                     count += 1
-                    table[place] = to
-                    key[to] = hashed
-                    member[to] = member[i]
-                    member[to, t] = True
                 if moves == step.shape[1]:
-                    step = np.concatenate((step, step), axis=1)
-                step[0, moves], step[1, moves] = s, to
+                    return NONE
+                step[0, moves], step[1, moves] = s, table[place]
                 moves += 1
             step_start[i + 1] = moves
         begin = end
     step_start[count] = moves
-    return member[:count].copy(), step_start[: count + 1].copy(), step[:, :moves].copy()
+    return count
 
 
 @bare_kernel
@@ -229,37 +254,33 @@ def scrambled(number: int) -> np.uint64:
     return z ^ (z >> np.uint64(31))
 
 
-@kernel
 def _tops(
+    section: Section,
+    paths: NDArray[np.int32],
+    local: NDArray[np.int32],
+    member: NDArray[np.bool_],
+    step: NDArray[np.int32],
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """The maximal elements of each down-set, and for each step the place of its toolpath among them."""
+    top = member.copy()
+    _uncover(paths, local, section.pred_start, section.pred, member, top)
+    rank = np.cumsum(top, axis=1)
+    top_start = np.concatenate([[0], np.cumsum(rank[:, -1])]).astype(np.int32)
+    return top_start, paths[np.nonzero(top)[1]], (rank[step[1], local[step[0]]] - 1).astype(np.int32)
+
+
+@bare_kernel
+def _uncover(
     paths: NDArray[np.int32],
     local: NDArray[np.int32],
     pred_start: NDArray[np.int32],
     pred: NDArray[np.int32],
     member: NDArray[np.bool_],
-    step_start: NDArray[np.int32],
-    step: NDArray[np.int32],
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
-    """The maximal elements of each down-set, and for each step the place of its toolpath among them."""
-    count, size = member.shape
-    top_start = np.zeros(count + 1, np.int32)
-    top_path = np.empty(4 * count + size, np.int32)
-    place = np.full((count, size), -1, np.int16)
-    for i in range(count):
-        covered = np.zeros(size, np.bool_)
-        for t in range(size):
+    top: NDArray[np.bool_],
+) -> None:
+    """Clear ``top`` where another member of the down-set lies above."""
+    for i in range(len(member)):
+        for t in range(member.shape[1]):
             if member[i, t]:
                 for e in range(pred_start[paths[t]], pred_start[paths[t] + 1]):
-                    covered[local[pred[e]]] = True
-        k = top_start[i]
-        if k + size > len(top_path):
-            top_path = np.concatenate((top_path, top_path))
-        for t in range(size):
-            if member[i, t] and not covered[t]:
-                top_path[k] = paths[t]
-                place[i, t] = k - top_start[i]
-                k += 1
-        top_start[i + 1] = k
-    slot = np.empty(step.shape[1], np.int32)
-    for e in range(step.shape[1]):
-        slot[e] = place[step[1, e], local[step[0, e]]]
-    return top_start, top_path[: top_start[count]].copy(), slot
+                    top[i, local[pred[e]]] = False

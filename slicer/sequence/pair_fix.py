@@ -32,8 +32,10 @@ def least_through(
         value: what ``evaluate`` has filled in.
         by_start: what ``roots`` gives for it.
     """
-    reached = np.full(len(value), np.inf)
-    out = np.full(len(blocks.dense), np.inf)
+    reached = np.empty(len(value))
+    for x in range(len(value)):
+        reached[x] = np.inf
+    out = np.empty(len(blocks.dense))
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
         stride = 2 * blocks.path_start[k + 1] - low
@@ -46,6 +48,7 @@ def least_through(
             reached[at] = min(reached[at], by_start[t] - value[at])
         for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
             at, end = blocks.value_start[s], blocks.value_start[s + 1]
+            out[s] = np.inf
             for x in range(at + OUTSIDE, end):
                 u = blocks.value_path[x]
                 reached[at] = min(reached[at], reached[x] + ways[LEAVE_LEFT, low + u])

@@ -52,7 +52,9 @@ def evaluate(
     value: NDArray[np.float64],
 ) -> None:
     """Fill ``value``, numbered as ``Blocks`` does: the least cost from there to the end of the block."""
-    most = 2 * np.max(np.diff(blocks.move_start))
+    most = 0
+    for s in range(len(blocks.dense)):
+        most = max(most, 2 * (blocks.move_start[s + 1] - blocks.move_start[s]))
     onward = np.empty(most, np.int64)
     rest = np.empty(most)
     for k in range(len(blocks.state_start) - 1):
@@ -287,29 +289,34 @@ def ascend(
         arc, ways, value: room for what ``weigh`` and ``evaluate`` write.
         target: a cost that some sequence has.
     """
-    slope = np.zeros(len(multipliers))
+    slope = np.empty(len(multipliers))
     for _ in range(iterations):
         weigh(blocks, tariff, multipliers, arc, ways)
         evaluate(blocks, tariff, ends, arc, ways, value)
         by_start = roots(blocks, ends, value)
-        start = int(np.argmin(by_start))
+        start = 0
+        for t in range(len(by_start)):
+            if by_start[t] < by_start[start]:
+                start = t
         bound = by_start[start]
         if bound > memory[2]:
             if bound > memory[2] + GAIN * (target - memory[2]):
                 memory[1] = 0.0
             memory[2] = bound
-            best[:] = multipliers
+            for t in range(len(best)):
+                best[t] = multipliers[t]
         else:
             memory[1] += 1.0
             if memory[1] > PATIENCE:
                 memory[0] *= SHRINK
                 memory[1] = 0.0
-                multipliers[:] = best
-                direction[:] = 0.0
+                for t in range(len(best)):
+                    multipliers[t], direction[t] = best[t], 0.0
                 continue
         if memory[2] >= target or tariff.size == 0:
             return True
-        slope[:] = 0.0
+        for t in range(len(slope)):
+            slope[t] = 0.0
         trace(blocks, tariff, ends, arc, ways, value, start, slope)
         norm = 0.0
         for t in range(len(slope)):
