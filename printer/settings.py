@@ -8,7 +8,8 @@ class Safety:
     """How the nozzle leaves and re-enters a standing print.
 
     ``build_axis`` is the letter of the axis along which the print grows, ``lift_mm`` how far the nozzle
-    moves off along it; speeds are in mm/s. ``close_lines`` close the valve or retract, ``stop_lines``
+    moves off along it; speeds are in mm/s. ``close_lines`` close the valve or retract (E is relative in
+    them), ``stop_lines``
     are sent last at a controlled stop (heaters), ``home_lines`` may run over a standing print after the
     printer forgot its position, and ``build_axis_homes_up`` says that its endstop is on the far side.
     """
@@ -17,6 +18,7 @@ class Safety:
     lift_mm: float = 10.0
     lift_speed_mm_s: float = 5.0
     travel_speed_mm_s: float = 30.0
+    retract_speed_mm_s: float = 10.0
     close_lines: tuple[str, ...] = ()
     stop_lines: tuple[str, ...] = ()
     home_lines: tuple[str, ...] = ()

@@ -16,15 +16,9 @@ COLD_C = 170.0
 """Below this Marlin refuses to extrude, unless M302 allows it."""
 
 # Commands that Marlin knows and that change nothing that is emulated.
-SILENT = frozenset(
-    f"{letter}{number}"
-    for letter, numbers in {
-        "G": [17, 21],
-        "M": [3, 4, 5, 17, 18, 42, 73, 75, 76, 77, 84, 92, 105, 106, 107, 110, 117, 126, 127, 128, 129, 150]
-        + [201, 203, 204, 205, 211, 220, 221, 280, 300, 500, 501, 502, 503, 900],
-    }.items()
-    for number in numbers
-)
+SILENT_M = (3, 4, 5, 17, 18, 42, 73, 75, 76, 77, 84, 92, 105, 106, 107, 110, 117, 126, 127, 128, 129, 150)
+SILENT_MORE_M = (201, 203, 204, 205, 207, 208, 211, 220, 221, 280, 300, 500, 501, 502, 503, 900)
+SILENT = frozenset({"G10", "G11", "G17", "G21"} | {f"M{code}" for code in (*SILENT_M, *SILENT_MORE_M)})
 BUILD_LINES = (
     "FIRMWARE_NAME:Marlin bugfix-2.1.x (emulated by vslice) PROTOCOL_VERSION:1.0 MACHINE_TYPE:Emulated "
     "EXTRUDER_COUNT:1 UUID:00000000-0000-0000-0000-000000000000"
@@ -66,7 +60,7 @@ class Machine:
         if method is not None:
             yield from method(rest)
         elif code in SILENT:
-            if code in ("M3", "M4", "M5", "M42", "M106", "M107", "M126", "M127", "M280"):
+            if code in ("M3", "M4", "M5", "M42", "M106", "M107", "M126", "M127", "M280", "G10", "G11"):
                 self.outputs.append(text)
         elif not code.startswith("T"):
             self.say(f'echo:Unknown command: "{text}"')
