@@ -1,1 +1,7 @@
-"""What a machine is: the schema of a profile and one TOML file per shipped machine."""
+"""What a machine is: the schema of a profile and one TOML file for each shipped machine."""
+
+from profiles.load import ProfileError, load, shipped
+from profiles.profile import Profile
+from profiles.template import render
+
+__all__ = ["Profile", "ProfileError", "load", "render", "shipped"]

@@ -29,7 +29,8 @@ def report(error: Exception, *, traceback_wanted: bool) -> int:
         print(f"Error: {error}", file=sys.stderr)
         return 2 if type(error).__name__ in WRONG_INPUT else 1
     print(
-        f"Error: {type(error).__name__}: {error}\nThis is a defect in vslice; run again with -vv and report it.",
+        f"Error: {type(error).__name__}: {error}\n"
+        "This is a defect in vslice; run again with -vv and report it.",
         file=sys.stderr,
     )
     return 1

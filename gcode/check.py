@@ -1,0 +1,184 @@
+"""Replay a program against the physics; knows nothing of how it was planned or written."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcode.envelope import replay
+from gcode.errors import ParseError
+from gcode.feeding import check_feeding
+from gcode.limits import AxisLimits
+from gcode.moves import Kind, Move
+from gcode.parse import read_moves
+from gcode.strokes import Stroke, compare_with_hatch
+from gcode.violation import Violation
+from profiles import Profile
+from slicer.grid import Grid
+
+RESOLUTION_MM = 0.001
+"""Positions are written with three decimals: either end of a line may be this far off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What a replay found.
+
+    Attributes:
+        violations: in the order of the program.
+        moves: how many moves were replayed.
+        extrusions: how many of them laid material.
+        printed_mm, travel_mm: length of what laid material and of what did not, once it had begun.
+    """
+
+    violations: list[Violation]
+    moves: int
+    extrusions: int
+    printed_mm: float
+    travel_mm: float
+
+
+def check_file(path: Path, profile: Profile, grid: Grid | None = None) -> Report:
+    """Replay the program in a file; see ``check``.
+
+    Raises:
+        ParseError: the file cannot be read, or is no G-code of the kind that is read here.
+    """
+    return check(read_moves(path, plane=profile.machine.plane), profile, grid)
+
+
+def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Report:
+    """Replay a program and list what is wrong with it.
+
+    Every extrusion must be printable, no travel may pass through printed material, every position must
+    be in the build volume and in the plane, no speed above the limits, extrusion constant along all
+    toolpaths and none while travelling. With a grid, each of its hatch lines must be printed exactly
+    once.
+
+    """
+    feeding, printing = check_feeding(moves, profile)
+    laid, segments = _motions(moves, printing)
+    violations = feeding + _volume(moves, profile) + _speeds(moves, profile) + _plane(laid)
+    violations += _collisions(laid, segments)
+    if grid is not None:
+        drawn = [stroke for stroke in laid if stroke.prints]
+        violations += compare_with_hatch(drawn, grid, _shift(moves))
+    violations.sort(key=lambda violation: violation.line or math.inf)
+    lengths = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
+    prints = np.array([stroke.prints for stroke in laid], np.bool_)
+    if prints.any():  # what comes before and after the print is no travel of the print
+        used = np.flatnonzero(prints)
+        inside = np.zeros(len(prints), np.bool_)
+        inside[used[0] : used[-1] + 1] = True
+        travel = float(lengths[inside & ~prints].sum())
+    else:
+        travel = 0.0
+    return Report(violations, len(moves), int(prints.sum()), float(lengths[prints].sum()), travel)
+
+
+def _motions(moves: list[Move], printing: list[bool]) -> tuple[list[Stroke], NDArray[np.float64]]:
+    """Every movement in the plane of which both ends are known, and the same as float (n, 5)."""
+    found = []
+    x = y = depth = math.nan
+    for move, prints in zip(moves, printing, strict=True):
+        if move.kind in (Kind.TRAVEL, Kind.EXTRUDE) and not (math.isnan(x) or math.isnan(y)):
+            off = 0.0 if math.isnan(depth) else abs(move.depth_mm - depth)
+            found.append(Stroke(x, y, move.x_mm, move.y_mm, move.line, move.line, prints, off))
+        x, y, depth = move.x_mm, move.y_mm, move.depth_mm
+    rows = [(s.x0, s.y0, s.x1, s.y1, s.line) for s in found]
+    return found, np.array(rows, np.float64).reshape(-1, 5)
+
+
+def _collisions(laid: list[Stroke], segments: NDArray[np.float64]) -> list[Violation]:
+    prints = np.array([stroke.prints for stroke in laid], np.bool_)
+    who, how = replay(segments, prints, RESOLUTION_MM)
+    found = []
+    for (k, below), (depth, x) in zip(who.tolist(), how.tolist(), strict=True):
+        stroke = laid[k]
+        kind = "printability" if stroke.prints else "collision"
+        what = "extrusion" if stroke.prints else "travel"
+        found.append(
+            Violation(
+                stroke.line,
+                kind,
+                f"{what} to ({stroke.x1:.3f}, {stroke.y1:.3f}) passes {depth:.3f} mm below what line {below} "
+                f"printed, at {x:.3f}",
+            )
+        )
+    return found
+
+
+def _volume(moves: list[Move], profile: Profile) -> list[Violation]:
+    machine = profile.machine
+    low = machine.build_corner_mm
+    high = [a + b for a, b in zip(low, machine.build_volume_mm, strict=True)]
+    along, across = (0, 1) if machine.plane == "XZ" else (1, 0)
+    found = []
+    before = (math.nan,) * 3
+    for move in moves:
+        here = (move.x_mm, move.depth_mm, move.y_mm)
+        if move.kind in (Kind.TRAVEL, Kind.EXTRUDE):
+            for value, old, axis in zip(here, before, (along, across, 2), strict=True):
+                if value != old and not low[axis] - RESOLUTION_MM <= value <= high[axis] + RESOLUTION_MM:
+                    if math.isnan(value):
+                        continue
+                    where = f"outside the build volume, {low[axis]:g} to {high[axis]:g} mm"
+                    found.append(Violation(move.line, "volume", f"{'XYZ'[axis]} {value:.3f} is {where}"))
+        before = here
+    return found
+
+
+def _speeds(moves: list[Move], profile: Profile) -> list[Violation]:
+    limits = AxisLimits.of(profile)
+    horizontal, across = profile.machine.plane[0], "Y" if profile.machine.plane == "XZ" else "X"
+    found = []
+    before: Move | None = None
+    for move in moves:
+        if move.kind == Kind.FEED and move.speed_mm_s > limits.e_mm_s * 1.001:
+            found.append(_too_fast(move, "E", move.speed_mm_s, limits.e_mm_s))
+        if move.kind in (Kind.TRAVEL, Kind.EXTRUDE) and before is not None:
+            steps = [move.x_mm - before.x_mm, move.y_mm - before.y_mm, move.depth_mm - before.depth_mm]
+            steps = [0.0 if math.isnan(step) else abs(step) for step in steps]
+            length = math.hypot(*steps)
+            axes = (
+                (horizontal, limits.x_mm_s, RESOLUTION_MM),
+                ("Z", limits.y_mm_s, RESOLUTION_MM),
+                (across, limits.depth_mm_s, RESOLUTION_MM),
+                ("E", limits.e_mm_s, 1e-5),
+            )
+            for step, (axis, limit, resolution) in zip([*steps, move.e_mm], axes, strict=True):
+                # Rounding turns and shortens short moves: as if the step were less by the resolution.
+                if length > RESOLUTION_MM and (step - resolution) / length * move.speed_mm_s > limit * 1.001:
+                    found.append(_too_fast(move, axis, step / length * move.speed_mm_s, limit))
+        if move.kind in (Kind.TRAVEL, Kind.EXTRUDE):
+            before = move
+    return found
+
+
+def _too_fast(move: Move, axis: str, speed: float, limit: float) -> Violation:
+    return Violation(move.line, "speed", f"{axis} would move at {speed:.2f} mm/s, its limit is {limit:g}")
+
+
+def _plane(laid: list[Stroke]) -> list[Violation]:
+    return [
+        Violation(s.line, "plane", f"leaves the plane of the sheet by {s.off_plane:.3f} mm while extruding")
+        for s in laid
+        if s.prints and s.off_plane > RESOLUTION_MM
+    ]
+
+
+def _shift(moves: list[Move]) -> tuple[float, float] | None:
+    """Where the program says that it has put the sheet, if it does."""
+    for move in moves:
+        key, equals, value = move.text.partition("=")
+        if move.kind == Kind.COMMENT and equals and key.strip() == "vslice shift_mm":
+            try:
+                x, y = (float(number) for number in value.split())
+            except ValueError:
+                raise ParseError(
+                    f"line {move.line}: shift_mm must be two numbers, not '{value.strip()}'"
+                ) from None
+            return x, y
+    return None

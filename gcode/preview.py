@@ -1,0 +1,174 @@
+"""Pictures: the tilts of a grid, its toolpaths, and the sequence of a plan or of a program."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any, Literal
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from gcode.feeding import check_feeding
+from gcode.moves import Kind, Move
+from profiles import Profile
+from slicer.grid import Grid
+from slicer.hatch import hatch
+from slicer.travel import Plan
+
+Color = Literal["kind", "order"]
+EXTRUSION, TRAVEL, START = "#d62728", "#1f77b4", "#2ca02c"
+FORMATS = ("png", "svg", "pdf")
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A sequence to be drawn: what is laid, in order, and the travels between.
+
+    Attributes:
+        toolpaths: float64 (n, 2, 2), [start, end] in mm.
+        travels: polylines, float64 (k, 2) each.
+        from_toolpath: for each travel, how many toolpaths were laid before it.
+    """
+
+    toolpaths: NDArray[np.float64]
+    travels: list[NDArray[np.float64]]
+    from_toolpath: list[int]
+
+    @classmethod
+    def of_plan(cls, plan: Plan) -> "Drawing":
+        """What a plan will do."""
+        travels = [
+            np.vstack(
+                [
+                    plan.toolpaths[k - 1, 1],
+                    plan.via[plan.via_start[k] : plan.via_start[k + 1]],
+                    plan.toolpaths[k, 0],
+                ]
+            )
+            for k in range(1, len(plan.toolpaths))
+        ]
+        return cls(plan.toolpaths, travels, list(range(1, len(plan.toolpaths))))
+
+    @classmethod
+    def of_moves(cls, moves: list[Move], profile: Profile) -> "Drawing":
+        """What a program that was read does between its first and its last extrusion."""
+        _, printing = check_feeding(moves, profile)
+        toolpaths: list[tuple[list[float], list[float]]] = []
+        travels: list[NDArray[np.float64]] = []
+        from_toolpath: list[int] = []
+        trail: list[list[float]] = []
+        for move, prints in zip(moves, printing, strict=True):
+            if move.kind not in (Kind.TRAVEL, Kind.EXTRUDE):
+                continue
+            here = [move.x_mm, move.y_mm]
+            if prints and trail:
+                if len(trail) > 1 and toolpaths:
+                    travels.append(np.array(trail))
+                    from_toolpath.append(len(toolpaths))
+                toolpaths.append((trail[-1], here))
+                trail = [here]
+            elif not np.isnan(here).any():
+                trail.append(here)
+        return cls(np.array(toolpaths, np.float64).reshape(-1, 2, 2), travels, from_toolpath)
+
+
+def draw_grid(grid: Grid, *, show: Literal["tilts", "toolpaths"] = "tilts") -> Figure:
+    """The tilt of every tile as a short stroke, or the toolpaths that fill the tiles."""
+    width, height = grid.cols * grid.tile_mm[0], grid.rows * grid.tile_mm[1]
+    figure, axes = _sheet(grid.origin_mm, width, height)
+    x = grid.origin_mm[0] + np.arange(grid.cols + 1) * grid.tile_mm[0]
+    y = grid.origin_mm[1] + np.arange(grid.rows + 1) * grid.tile_mm[1]
+    borders = [[(a, y[0]), (a, y[-1])] for a in x] + [[(x[0], b), (x[-1], b)] for b in y]
+    axes.add_collection(LineCollection(borders, colors="0.85", linewidths=0.6))
+    for rings in grid.outline_mm or []:
+        axes.add_collection(LineCollection([[*ring, ring[0]] for ring in rings], colors="0.4", linewidths=1))
+    if show == "tilts":
+        radians = np.radians(grid.angles_deg)
+        half = 0.35 * min(grid.tile_mm) * np.stack([np.cos(radians), np.sin(radians)], axis=-1)
+        middle = np.stack(np.meshgrid((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2), axis=-1)
+        ends = np.stack([middle - half, middle + half], axis=-2).reshape(-1, 2, 2)
+        lines, title = ends[~np.isnan(ends).any(axis=(1, 2))], "tilt angles"
+    else:
+        lines = hatch(grid).segments
+        title = f"{len(lines)} toolpaths"
+    axes.add_collection(LineCollection(list(lines), colors=EXTRUSION, linewidths=_thin(len(lines))))
+    axes.set_title(title)
+    return figure
+
+
+def draw_sequence(drawing: Drawing, *, color: Color = "kind", title: str = "") -> Figure:
+    """A sequence, extrusion red and travel blue, or coloured by order; the start is marked."""
+    points = drawing.toolpaths.reshape(-1, 2)
+    low = points.min(axis=0) if len(points) else np.zeros(2)
+    size = points.max(axis=0) - low if len(points) else np.ones(2)
+    figure, axes = _sheet((low[0], low[1]), size[0], size[1])
+    n = len(drawing.toolpaths)
+    width = _thin(n)
+    if color == "order":
+        ramp = mpl.colormaps["viridis"]
+        scale = mpl.colors.Normalize(1, max(n, 2))
+        done: Any = ramp(scale(np.arange(1, n + 1)))
+        # A travel has the colour of the toolpath that it leaves, and is thin.
+        between: Any = ramp(scale(np.array(drawing.from_toolpath, np.float64)))
+        figure.colorbar(mpl.cm.ScalarMappable(scale, ramp), ax=axes, label="toolpath", shrink=0.8)
+    else:
+        done, between = EXTRUSION, TRAVEL
+    thin = width if color == "kind" else 0.5 * width
+    axes.add_collection(LineCollection(drawing.travels, colors=between, linewidths=thin, zorder=3))
+    axes.add_collection(LineCollection(list(drawing.toolpaths), colors=done, linewidths=width, zorder=2))
+    handles = [
+        mpl.lines.Line2D([], [], color=EXTRUSION, label="extrusion"),
+        mpl.lines.Line2D([], [], color=TRAVEL, label="travel"),
+    ]
+    if n:
+        (start,) = axes.plot(
+            *drawing.toolpaths[0, 0], "o", color=START, markersize=7, zorder=4, label="start", linestyle=""
+        )
+        handles = [*(handles if color == "kind" else []), start]
+        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, frameon=False)
+    axes.set_title(title or f"{n} toolpaths, {len(drawing.travels)} travels")
+    return figure
+
+
+def picture(figure: Figure, file_format: str, *, dpi: int = 150) -> bytes:
+    """A figure as PNG, SVG or PDF; the same figure gives the same bytes."""
+    # Dates and random ids would make the same picture differ from run to run.
+    metadata: dict[str, None] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[file_format]
+    out = BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "vslice", "svg.fonttype": "none"}):
+        figure.savefig(out, format=file_format, dpi=dpi, metadata=metadata)
+    return out.getvalue()
+
+
+def thumbnail(plan: Plan, size_px: tuple[int, int]) -> bytes:
+    """A PNG of exactly this width and height with the toolpaths of a plan, for the head of a program."""
+    figure = Figure(figsize=(size_px[0] / 100, size_px[1] / 100), dpi=100)
+    axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    axes.add_collection(LineCollection(list(plan.toolpaths), colors=EXTRUSION, linewidths=0.6))
+    axes.autoscale_view()
+    return picture(figure, "png", dpi=100)
+
+
+def _sheet(origin: Iterable[float], width: float, height: float) -> tuple[Figure, Axes]:
+    x, y = origin
+    longest = max(width, height, 1e-9)
+    figure = Figure(figsize=(1.8 + 6.0 * width / longest, 1.8 + 6.0 * height / longest), layout="constrained")
+    axes = figure.add_subplot()
+    margin = 0.03 * longest
+    axes.set_xlim(x - margin, x + width + margin)
+    axes.set_ylim(y - margin, y + height + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [mm]")
+    axes.set_ylabel("y [mm], build direction")
+    return figure, axes
+
+
+def _thin(lines: int) -> float:
+    """A line width at which so many lines can still be told apart."""
+    return float(np.clip(30 / np.sqrt(max(lines, 1)), 0.25, 1.6))

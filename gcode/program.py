@@ -1,0 +1,235 @@
+"""A plan and a profile become a program: every move of the machine, in the plane of the sheet."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcode.bead import bead_area_mm2, feed_per_mm
+from gcode.errors import BuildVolumeError
+from gcode.estimate import seconds_of
+from gcode.limits import AxisLimits
+from gcode.moves import Kind, Move
+from profiles import Profile, render
+from slicer.travel import Plan
+
+STILL_MM = 1e-6
+"""A travel that is shorter is none: the next toolpath begins where the last one ended."""
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A complete print.
+
+    Attributes:
+        moves: everything between the start block and the end block, both included.
+        height_mm: float64 (n,), bead height of each toolpath in the order of printing.
+        shift_mm: what is added to a point of the sheet to get machine coordinates in the plane.
+        feed_mm: feed that ends up in the print.
+        material_ul: volume of the print in microlitres.
+        seconds: estimated duration.
+    """
+
+    moves: list[Move]
+    height_mm: NDArray[np.float64]
+    shift_mm: tuple[float, float]
+    feed_mm: float
+    material_ul: float
+    seconds: float
+
+
+def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: NDArray[np.int32]) -> Program:
+    """Lay out the moves of a plan: feed along the path in the plane, retraction or valve around travels.
+
+    Args:
+        plan: the sequence with its routes.
+        spacing_mm: float64 (n,), spacing of each toolpath in the order of printing: the bead's height,
+            unless the profile says another.
+        tile: int32 (n, 2), (col, row) of each toolpath in the order of printing, for messages.
+
+    Raises:
+        BuildVolumeError: a position is outside the machine.
+    """
+    material = profile.material
+    height = np.full(len(spacing_mm), material.height_mm) if material.height_mm else spacing_mm
+    shift = _shift(plan, profile, height)
+    _inside(plan, profile, shift, tile)
+    rate = feed_per_mm(material, height)
+    length = np.hypot(*(plan.toolpaths[:, 1] - plan.toolpaths[:, 0]).T)
+    moves = list(_Writer(profile, shift).moves(plan, rate * length, height))
+    return Program(
+        moves=moves,
+        height_mm=height,
+        shift_mm=shift,
+        feed_mm=float((rate * length).sum()),
+        material_ul=float((bead_area_mm2(material, height) * length).sum()) * material.flow,
+        seconds=sum(seconds_of(moves)),
+    )
+
+
+def _shift(plan: Plan, profile: Profile, height: NDArray[np.float64]) -> tuple[float, float]:
+    """The lowest bead lies on the bed: its axis is half its height above it."""
+    if len(plan.toolpaths) == 0:
+        return profile.machine.offset_mm, profile.machine.bed_z_mm
+    lowest = float((plan.toolpaths[:, :, 1].min(axis=1) - height / 2).min())
+    return profile.machine.offset_mm, profile.machine.bed_z_mm - lowest
+
+
+def _inside(plan: Plan, profile: Profile, shift: tuple[float, float], tile: NDArray[np.int32]) -> None:
+    """Raise ``BuildVolumeError`` for the first position that the machine cannot reach."""
+    machine = profile.machine
+    axes = "XYZ"
+    horizontal = axes.index(machine.plane[0])
+    corner = np.array(machine.build_corner_mm)
+    far = corner + np.array(machine.build_volume_mm)
+    across = 1 - horizontal
+    if not corner[across] <= machine.fixed_mm <= far[across]:
+        raise BuildVolumeError(
+            f"[machine] fixed_mm {machine.fixed_mm:g} is outside the build volume: {axes[across]} runs from "
+            f"{corner[across]:g} to {far[across]:g} mm"
+        )
+    plane = [horizontal, 2]
+    points = np.concatenate([plan.toolpaths.reshape(-1, 2), plan.via]) + shift
+    via_owner = np.repeat(np.arange(len(plan.toolpaths)), np.diff(plan.via_start))
+    owner = np.concatenate([np.repeat(np.arange(len(plan.toolpaths)), 2), via_owner])
+    outside = (points < corner[plane] - STILL_MM) | (points > far[plane] + STILL_MM)
+    if not outside.any():
+        return
+    k, side = (int(index) for index in np.argwhere(outside)[0])
+    axis, s = plane[side], owner[k]
+    what = "toolpath" if k < 2 * len(plan.toolpaths) else "the travel to toolpath"
+    raise BuildVolumeError(
+        f"tile ({tile[s, 0]}, {tile[s, 1]}), {what} {plan.order[s]}: {axes[axis]} {points[k, side]:.3f} mm "
+        f"is outside the build volume, {corner[axis]:g} to {far[axis]:g} mm. "
+        "Move the sheet ([machine] offset_mm), or make it smaller."
+    )
+
+
+class _Writer:
+    """Keeps where the nozzle is and whether material flows, and yields moves."""
+
+    def __init__(self, profile: Profile, shift: tuple[float, float]) -> None:
+        self.profile = profile
+        self.shift = shift
+        self.depth = profile.machine.fixed_mm
+        self.limits = AxisLimits.of(profile)
+        self.top = profile.machine.build_corner_mm[2] + profile.machine.build_volume_mm[2]
+        self.open_lines = render(profile.gcode.valve_open, profile.values)
+        self.close_lines = render(profile.gcode.valve_close, profile.values)
+        self.x = self.y = math.nan
+        self.toolpath = -1
+        self.flowing = profile.material.feed != "pneumatic"  # a loaded feed is ready; a valve starts closed
+
+    def moves(self, plan: Plan, feed: NDArray[np.float64], height: NDArray[np.float64]) -> Iterator[Move]:
+        profile = self.profile
+        yield self._comment("TYPE:CUSTOM")
+        yield from self._commands(render(profile.gcode.start, profile.values))
+        yield from self._commands(["G21", "G90", "M83"])
+        if len(plan.toolpaths):
+            yield from self._print(plan, feed, height)
+        yield self._comment("TYPE:CUSTOM")
+        yield from self._commands(render(profile.gcode.end, profile.values))
+
+    def _print(self, plan: Plan, feed: NDArray[np.float64], height: NDArray[np.float64]) -> Iterator[Move]:
+        toolpaths = (plan.toolpaths + np.array(self.shift)).tolist()
+        via = (plan.via + np.array(self.shift)).tolist()
+        via_start = plan.via_start.tolist()
+        heights, feeds = height.tolist(), feed.tolist()
+        highest = float(plan.toolpaths[:, :, 1].max()) + self.shift[1]
+        yield from self._arrive(*toolpaths[0][0])
+        bead_height = math.nan
+        for k, (start, end) in enumerate(toolpaths):
+            self.toolpath = k
+            yield self._comment(f"TOOLPATH {k}")
+            if k:
+                yield from self._travel([*via[via_start[k] : via_start[k + 1]], start])
+            if k == 0:
+                yield self._comment("TYPE:FILL")
+                yield self._comment(f"WIDTH:{self.profile.material.width_mm:.10g}")
+            if heights[k] != bead_height:
+                bead_height = heights[k]
+                yield self._comment(f"HEIGHT:{bead_height:.10g}")
+            yield from self._open()
+            yield self._to(end[0], end[1], self.profile.motion.print_speed_mm_s, feeds[k])
+        self.toolpath = -1
+        yield from self._close(away=True)
+        yield self._to(self.x, min(self.top, highest + self.profile.motion.approach_mm))
+
+    def _arrive(self, x: float, y: float) -> Iterator[Move]:
+        """From wherever the start block left the nozzle: up, over, and down to the first toolpath."""
+        above = min(self.top, y + self.profile.motion.approach_mm)
+        speed = self.profile.motion.travel_speed_mm_s
+        yield Move(Kind.TRAVEL, math.nan, above, math.nan, speed_mm_s=self.limits.slowed(speed, 0, 1))
+        self.x, self.y = x, above
+        # The way over is sideways in two axes of which neither start is known: the slower one limits.
+        sideways = min(speed, self.limits.x_mm_s, self.limits.depth_mm_s)
+        yield Move(Kind.TRAVEL, x, above, self.depth, speed_mm_s=sideways)
+        yield self._to(x, y)
+
+    def _travel(self, points: list[list[float]]) -> Iterator[Move]:
+        length, x, y = 0.0, self.x, self.y
+        for px, py in points:
+            length += math.hypot(px - x, py - y)
+            x, y = px, py
+        if length <= STILL_MM:
+            return
+        yield from self._close(away=length >= self.profile.motion.retract_from_mm)
+        for x, y in points:
+            yield self._to(x, y)
+
+    def _open(self) -> Iterator[Move]:
+        """Make material flow, unless it does."""
+        if self.flowing:
+            return
+        self.flowing = True
+        motion = self.profile.motion
+        if self.profile.material.feed == "pneumatic":
+            yield from self._commands(self.open_lines)
+            yield from self._dwell(motion.valve_open_s)
+        elif motion.firmware_retraction:
+            yield self._here(Kind.FIRMWARE_PRIME)
+        else:
+            yield self._feed(motion.retract_mm + motion.retract_extra_mm)
+
+    def _close(self, *, away: bool) -> Iterator[Move]:
+        """Stop the flow: a valve for any travel at all, a feed only for one that is worth it."""
+        motion = self.profile.motion
+        if self.profile.material.feed == "pneumatic":
+            yield from self._commands(self.close_lines)
+            yield from self._dwell(motion.valve_close_s)
+        elif away and motion.firmware_retraction:
+            yield self._here(Kind.FIRMWARE_RETRACT)
+        elif away and motion.retract_mm > 0:
+            yield self._feed(-motion.retract_mm)
+        else:
+            return
+        self.flowing = False
+
+    def _to(self, x: float, y: float, speed: float | None = None, feed: float | None = None) -> Move:
+        dx, dy = x - self.x, y - self.y
+        self.x, self.y = x, y
+        if feed is None:
+            slow = self.limits.slowed(self.profile.motion.travel_speed_mm_s, dx, dy)
+            return Move(Kind.TRAVEL, x, y, self.depth, speed_mm_s=slow, toolpath=self.toolpath)
+        slow = self.limits.slowed(speed or 0.0, dx, dy, feed)
+        return Move(Kind.EXTRUDE, x, y, self.depth, feed, slow, toolpath=self.toolpath)
+
+    def _feed(self, e_mm: float) -> Move:
+        speed = min(self.profile.motion.retract_speed_mm_s, self.limits.e_mm_s)
+        return Move(Kind.FEED, self.x, self.y, self.depth, e_mm, speed, toolpath=self.toolpath)
+
+    def _here(self, kind: Kind, text: str = "", seconds: float = 0.0) -> Move:
+        return Move(kind, self.x, self.y, self.depth, seconds=seconds, text=text, toolpath=self.toolpath)
+
+    def _dwell(self, seconds: float) -> Iterator[Move]:
+        if seconds > 0:
+            yield self._here(Kind.DWELL, seconds=seconds)
+
+    def _comment(self, text: str) -> Move:
+        return self._here(Kind.COMMENT, text)
+
+    def _commands(self, lines: list[str]) -> Iterator[Move]:
+        for line in lines:
+            yield self._here(Kind.COMMAND, line)

@@ -1,0 +1,124 @@
+"""The lines that a program draws, and whether they are the hatch lines of a grid."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from gcode.violation import Violation
+from slicer.grid import Grid
+from slicer.hatch import hatch
+
+MATCH_MM = 0.01
+STRAIGHT_MM = 0.002
+
+
+class Stroke(NamedTuple):
+    """A straight movement from (x0, y0) to (x1, y1) in the plane, by program lines ``line`` to ``last``."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+    line: int
+    last: int
+    prints: bool
+    off_plane: float
+
+
+def strokes(moves: Iterable[Stroke]) -> list[Stroke]:
+    """Join extrusions that go straight on where the one before them ended."""
+    joined: list[Stroke] = []
+    for move in moves:
+        if joined and move.prints and joined[-1].prints and _goes_on(joined[-1], move):
+            last = joined[-1]
+            joined[-1] = last._replace(x1=move.x1, y1=move.y1, last=move.line)
+        else:
+            joined.append(move)
+    return joined
+
+
+def _goes_on(a: Stroke, b: Stroke) -> bool:
+    ax, ay, bx, by = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
+    length = max(float(np.hypot(ax + bx, ay + by)), 1e-12)
+    return ax * bx + ay * by > 0 and abs(ax * by - ay * bx) / length <= STRAIGHT_MM
+
+
+def compare_with_hatch(
+    drawn: list[Stroke], grid: Grid, shift_mm: tuple[float, float] | None
+) -> list[Violation]:
+    """Every hatch line of the grid must be drawn once, and nothing else.
+
+    A hatch line may be drawn in one movement, or in several that go straight on.
+
+    Args:
+        drawn: the movements that lay material.
+        shift_mm: what lies between sheet and machine; where it is None, the lower left corners of all
+            that is drawn and of all that should be are laid on each other.
+    """
+    wanted = hatch(grid)
+    lines = _ends(drawn)
+    if len(wanted.segments) == 0 or len(drawn) == 0:
+        shift = np.zeros(2)
+    elif shift_mm is None:
+        shift = lines.min(axis=(0, 1)) - wanted.segments.min(axis=(0, 1))
+    else:
+        shift = np.array(shift_mm)
+    target = wanted.segments + shift
+    owner, used = _assign(target, lines)
+    rest = strokes(drawn[k] for k in np.flatnonzero(~used))
+    open_lines = np.flatnonzero(owner < 0)
+    later, used = _assign(target[open_lines], _ends(rest))
+    out = []
+    for k in open_lines[later < 0]:
+        (x0, y0), (x1, y1) = target[k]
+        col, row = wanted.tile[k]
+        which = f"from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})"
+        out.append(Violation(0, "missing", f"tile ({col}, {row}): its hatch line {which} is not printed"))
+    extra = [rest[k] for k in np.flatnonzero(~used)]
+    again = dict(zip(*_near(_ends(extra), target)[:2].tolist(), strict=True))
+    for k, stroke in enumerate(extra):
+        if k in again:
+            col, row = wanted.tile[again[k]]
+            text = f"a hatch line of tile ({col}, {row}) that is printed by another line too"
+            out.append(Violation(stroke.line, "twice", text))
+        else:
+            which = f"({stroke.x0:.3f}, {stroke.y0:.3f}) to ({stroke.x1:.3f}, {stroke.y1:.3f})"
+            out.append(Violation(stroke.line, "stray", f"{which} is no hatch line of {grid.source}"))
+    return out
+
+
+def _ends(drawn: list[Stroke]) -> NDArray[np.float64]:
+    return np.array([(s.x0, s.y0, s.x1, s.y1) for s in drawn], np.float64).reshape(-1, 2, 2)
+
+
+def _assign(
+    target: NDArray[np.float64], found: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Give each target one found line, the nearest pairs first: which (or -1), and whether each is used."""
+    a, b, distance = _near(target, found)
+    owner = np.full(len(target), -1, np.intp)
+    used = np.zeros(len(found), np.bool_)
+    for k in np.argsort(distance, kind="stable"):
+        t, f = int(a[k]), int(b[k])
+        if owner[t] < 0 and not used[f]:
+            owner[t] = f
+            used[f] = True
+    return owner, used
+
+
+def _near(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Pairs of lines whose ends lie within ``MATCH_MM``, whichever way they run: float (3, p), the index
+    in a, the index in b, and how far the farther ends are apart.
+    """
+    if len(a) == 0 or len(b) == 0:
+        return np.empty((3, 0))
+    tree = shapely.STRtree(shapely.points(b.mean(axis=1)))
+    i, j = tree.query(shapely.points(a.mean(axis=1)), predicate="dwithin", distance=MATCH_MM)
+    same = np.hypot(*np.moveaxis(a[i] - b[j], -1, 0)).max(axis=1)
+    turned = np.hypot(*np.moveaxis(a[i] - b[j][:, ::-1], -1, 0)).max(axis=1)
+    distance = np.minimum(same, turned)
+    near = distance <= MATCH_MM
+    return np.stack([i[near], j[near], distance[near]])

@@ -1,0 +1,187 @@
+"""What a machine is: every setting once, with its unit in the name, its default, bounds and help."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from profiles.template import check_template
+
+Count = Annotated[int, Field(strict=True)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+PerAxis = tuple[Positive, Positive, Positive, Positive]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Machine(_Section):
+    """The frame: its size, how the sheet stands in it, and what its axes can do."""
+
+    description: str = Field("Any printer that runs Marlin", description="One line that says which machine.")
+    build_volume_mm: tuple[Positive, Positive, Positive] = Field(
+        (220.0, 220.0, 250.0), description="Size of the build volume along X, Y and Z."
+    )
+    build_corner_mm: tuple[Number, Number, Number] = Field(
+        (0.0, 0.0, 0.0), description="Lowest X, Y and Z of the build volume."
+    )
+    plane: Literal["XZ", "YZ"] = Field(
+        "XZ", description="The plane of the sheet: its x runs along X or Y, its y along Z."
+    )
+    offset_mm: Number = Field(10.0, description="Position of sheet x = 0 along the sheet's horizontal axis.")
+    fixed_mm: Number = Field(110.0, description="Position of the sheet on the remaining axis.")
+    bed_z_mm: Number = Field(0.0, description="Z of the nozzle when it touches the bed.")
+    max_speed_mm_s: PerAxis = Field(
+        (200.0, 200.0, 10.0, 50.0), description="Highest speed of X, Y, Z and E (Marlin: M203)."
+    )
+    max_acceleration_mm_s2: PerAxis = Field(
+        (1000.0, 1000.0, 100.0, 5000.0), description="Highest acceleration of X, Y, Z and E (Marlin: M201)."
+    )
+
+
+class Material(_Section):
+    """What comes out of the nozzle, and how it is fed."""
+
+    feed: Literal["filament", "syringe", "pneumatic"] = Field(
+        "filament", description="A driven filament, a driven plunger, or air pressure behind a valve."
+    )
+    filament_diameter_mm: Positive = Field(1.75, description="Diameter of the filament.")
+    syringe_bore_mm: Positive = Field(12.0, description="Inner diameter of the syringe.")
+    bead_shape: Literal["rectangle", "stadium", "circle"] = Field(
+        "stadium", description="Cross-section of a printed line; a circle has width_mm as its diameter."
+    )
+    width_mm: Positive = Field(0.4, description="Width of a printed line, across the sheet.")
+    height_mm: Positive | None = Field(
+        None, description="Height of a printed line in the sheet; by default the spacing of its tile."
+    )
+    flow: Positive = Field(1.0, description="Factor on all extrusion.")
+    nozzle_temperature_c: NotNegative = Field(200.0, description="Temperature of the nozzle while printing.")
+    bed_temperature_c: NotNegative = Field(60.0, description="Temperature of the bed while printing.")
+    pressure_kpa: NotNegative = Field(0.0, description="Air pressure, for templates that set it.")
+
+
+class Motion(_Section):
+    """How fast the nozzle moves, and what it does between toolpaths."""
+
+    print_speed_mm_s: Positive = Field(20.0, description="Speed along a toolpath.")
+    travel_speed_mm_s: Positive = Field(100.0, description="Speed between toolpaths.")
+    travel_acceleration_mm_s2: Positive = Field(500.0, description="Acceleration of travels, for estimates.")
+    clearance_mm: NotNegative = Field(
+        0.2, description="How far a travel that must avoid printed material keeps above it."
+    )
+    approach_mm: NotNegative = Field(
+        5.0, description="Height above the print at which the nozzle arrives, and to which it leaves."
+    )
+    retract_mm: NotNegative = Field(
+        1.0, description="Length of feed drawn back before a travel; 0 for never."
+    )
+    retract_speed_mm_s: Positive = Field(30.0, description="Speed of drawing back and of priming.")
+    retract_extra_mm: NotNegative = Field(0.0, description="Feed beyond what was drawn back, when priming.")
+    retract_from_mm: NotNegative = Field(1.5, description="Travels shorter than this are made without.")
+    firmware_retraction: bool = Field(False, strict=True, description="Use G10 and G11 instead of E moves.")
+    valve_open_s: NotNegative = Field(0.05, description="Dwell after the valve opens, before moving.")
+    valve_close_s: NotNegative = Field(0.05, description="Dwell after the valve closes, before moving.")
+
+
+class Gcode(_Section):
+    """Blocks of G-code. ``{name}`` stands for the setting of that name in any section."""
+
+    start: tuple[str, ...] = Field(
+        (
+            "M140 S{bed_temperature_c}",
+            "M104 S{nozzle_temperature_c}",
+            "G28",
+            "M190 S{bed_temperature_c}",
+            "M109 S{nozzle_temperature_c}",
+        ),
+        description="Lines before the print; units and modes (G21, G90, M83) are set after them.",
+    )
+    end: tuple[str, ...] = Field(
+        ("M104 S0", "M140 S0", "M84"), description="Lines after the print, when the nozzle has left it."
+    )
+    valve_open: tuple[str, ...] = Field((), description="Lines that open the valve (pneumatic feed).")
+    valve_close: tuple[str, ...] = Field((), description="Lines that close the valve (pneumatic feed).")
+    progress_m73: bool = Field(
+        False, strict=True, description="Write M73 progress; off in Marlin by default."
+    )
+    thumbnail_px: tuple[Count, Count] | None = Field(
+        None, description="Width and height of a PNG thumbnail in the head; by default there is none."
+    )
+
+
+class Printer(_Section):
+    """The serial line, and what is sent when a job stops or resumes."""
+
+    baud: Annotated[int, Field(strict=True, gt=0)] = Field(115200, description="Bits per second.")
+    window_lines: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
+        4, description="Most lines sent and not yet acknowledged; 1 is ping-pong."
+    )
+    window_bytes: Annotated[int, Field(strict=True, ge=96)] = Field(
+        127, description="Most bytes sent and not yet acknowledged."
+    )
+    probe_after_s: Positive = Field(2.0, description="Silence after which the printer is asked for a sign.")
+    give_up_after_s: Positive = Field(30.0, description="Silence after which the job fails.")
+    boot_wait_s: NotNegative = Field(
+        3.0, description="How long to wait for a printer that resets on opening."
+    )
+    stop_lift_mm: NotNegative = Field(10.0, description="How far the nozzle rises when a job is stopped.")
+    stop_lines: tuple[str, ...] = Field(
+        ("M104 S0", "M140 S0"), description="Lines sent at a controlled stop, such as heaters off."
+    )
+    resume_home_lines: tuple[str, ...] = Field(
+        ("G28 X Y",), description="Homing that is safe over a standing print: never Z downwards."
+    )
+
+
+class Profile(_Section):
+    """A machine with its material, motion, G-code blocks and serial line."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, title="vslice profile")
+
+    machine: Machine = Field(Machine(), description="The frame and its axes.")
+    material: Material = Field(Material(), description="What is printed, and how it is fed.")
+    motion: Motion = Field(Motion(), description="Speeds and what happens between toolpaths.")
+    gcode: Gcode = Field(Gcode(), description="Start, end and valve blocks.")
+    printer: Printer = Field(Printer(), description="The serial line.")
+
+    @property
+    def values(self) -> dict[str, object]:
+        """Every setting by its bare name: what a placeholder of a template can stand for."""
+        return {
+            name: value
+            for section in (self.machine, self.material, self.motion)
+            for name, value in section
+            if isinstance(value, int | float | str)
+        }
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Profile":
+        blocks = {
+            ("gcode", "start"): self.gcode.start,
+            ("gcode", "end"): self.gcode.end,
+            ("gcode", "valve_open"): self.gcode.valve_open,
+            ("gcode", "valve_close"): self.gcode.valve_close,
+            ("printer", "stop_lines"): self.printer.stop_lines,
+            ("printer", "resume_home_lines"): self.printer.resume_home_lines,
+        }
+        for (section, key), lines in blocks.items():
+            for k, line in enumerate(lines):
+                problem = check_template(line, self.values)
+                if problem:
+                    raise PydanticCustomError("template", f"[{section}] {key}, line {k + 1}: {problem}")
+        if self.material.feed == "pneumatic":
+            for key in ("valve_open", "valve_close"):
+                if not blocks["gcode", key]:
+                    raise PydanticCustomError(
+                        "valve",
+                        f"[gcode] {key} is empty, but [material] feed is 'pneumatic'; give its commands",
+                    )
+        thumbnail = self.gcode.thumbnail_px
+        if thumbnail is not None and not all(16 <= side <= 1024 for side in thumbnail):
+            raise PydanticCustomError(
+                "thumbnail", f"[gcode] thumbnail_px {list(thumbnail)} must lie between 16 and 1024"
+            )
+        return self

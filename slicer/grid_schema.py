@@ -1,0 +1,187 @@
+"""What a grid file may hold, and one line of text for each thing that is wrong with one."""
+
+import difflib
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from slicer.errors import GridError
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+Angle = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90, le=90)]
+Point = tuple[Number, Number]
+Ring = Annotated[list[Point], Field(min_length=3)]
+Polygon = Annotated[list[Ring], Field(min_length=1)]
+
+_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
+_POINT = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+_POLYGON = {"type": "array", "items": {"type": "array", "items": _POINT, "minItems": 3}, "minItems": 1}
+
+
+def _both_sides(value: Any) -> Any:
+    return [value, value] if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _several_polygons(value: Any) -> Any:
+    """A single polygon, [ring, hole, ...], as the only one of several."""
+    try:
+        value[0][0][0][0]
+    except (TypeError, IndexError, KeyError):
+        return [value] if isinstance(value, list) else value
+    return value
+
+
+def _simple(polygons: list[Any]) -> list[Any]:
+    import shapely
+    from shapely.validation import explain_validity
+
+    for k, (outer, *holes) in enumerate(polygons):
+        polygon = shapely.Polygon(outer, holes)
+        if not polygon.is_valid:
+            raise PydanticCustomError(
+                "outline",
+                "polygon {k} cannot clip a sheet: {why}",
+                {"k": k, "why": explain_validity(polygon)},
+            )
+    return polygons
+
+
+class GridFile(BaseModel):
+    """A grid of fibre angles, as it stands in a file."""
+
+    model_config = ConfigDict(extra="forbid", title="vslice grid")
+
+    tile_mm: Annotated[
+        tuple[Positive, Positive],
+        BeforeValidator(_both_sides),
+        WithJsonSchema(
+            {"anyOf": [_POSITIVE, {"type": "array", "items": _POSITIVE, "minItems": 2, "maxItems": 2}]}
+        ),
+    ] = Field(description="Side of every tile in mm, or [width, height].")
+    spacing_mm: Positive | list[list[Positive | None]] = Field(
+        description="Distance between neighbouring toolpaths in mm, or a grid of them, one a tile."
+    )
+    angles_deg: Annotated[list[Annotated[list[Angle | None], Field(min_length=1)]], Field(min_length=1)] = (
+        Field(
+            description="Tilt of each tile in degrees, counter-clockwise from +x, in (-90, 90]; row 0 is the "
+            "bottom row; null is an empty tile."
+        )
+    )
+    origin_mm: Point = Field((0.0, 0.0), description="x and y of the sheet's lower left corner in mm.")
+    outline_mm: Annotated[
+        list[Polygon] | None,
+        BeforeValidator(_several_polygons),
+        AfterValidator(lambda value: None if value is None else _simple(value)),
+        WithJsonSchema({"anyOf": [_POLYGON, {"type": "array", "items": _POLYGON, "minItems": 1}]}),
+    ] = Field(
+        None,
+        description="A polygon in mm that clips the sheet, [ring, hole, ...] as in GeoJSON, or several.",
+    )
+    min_length_mm: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] | None = Field(
+        None, description="Shorter toolpaths are dropped; by default the spacing."
+    )
+    meta: dict[str, Any] = Field(default_factory=dict, description="Free form; kept as it is.")
+
+    @model_validator(mode="after")
+    def _same_shape(self) -> "GridFile":
+        cols = len(self.angles_deg[0])
+        for row, angles in enumerate(self.angles_deg):
+            if len(angles) != cols:
+                raise PydanticCustomError(
+                    "ragged",
+                    "angles_deg[{row}] has {found} tiles, but row 0 has {cols}; every row must have as many",
+                    {"row": row, "found": len(angles), "cols": cols},
+                )
+        if isinstance(self.spacing_mm, list):
+            rows = len(self.angles_deg)
+            shape = [len(row) for row in self.spacing_mm]
+            if shape != [cols] * rows:
+                raise PydanticCustomError(
+                    "shape",
+                    "spacing_mm has {found} rows of {lengths}, but angles_deg has {rows} rows of {cols}",
+                    {"found": len(shape), "lengths": shape[0] if shape else 0, "rows": rows, "cols": cols},
+                )
+            for row in range(rows):
+                for col in range(cols):
+                    if self.spacing_mm[row][col] is None and self.angles_deg[row][col] is not None:
+                        raise PydanticCustomError(
+                            "spacing",
+                            "spacing_mm[{row}][{col}] is null, but tile ({col}, {row}) has an angle; give it "
+                            "a spacing above 0",
+                            {"row": row, "col": col},
+                        )
+        return self
+
+
+def parse(data: Any, source: str) -> GridFile:
+    """Validate what a JSON file held.
+
+    Raises:
+        GridError: one line for each problem, with its place, what was found and what is allowed.
+    """
+    if not isinstance(data, dict):
+        raise GridError(source, [f'holds {_name(data)}, but a grid is an object, {{"tile_mm": ...}}.'])
+    try:
+        return GridFile.model_validate(data)
+    except ValidationError as error:
+        problems = [_line(detail) for detail in error.errors(include_url=False)]
+        raise GridError(source, list(dict.fromkeys(problems))) from None
+
+
+def _line(detail: ErrorDetails) -> str:
+    place = [step for step in detail["loc"] if isinstance(step, int) or step in GridFile.model_fields]
+    kind, found, limits = detail["type"], detail["input"], detail.get("ctx", {})
+    if kind == "extra_forbidden":
+        key = str(detail["loc"][0])
+        near = difflib.get_close_matches(key, GridFile.model_fields, n=1)
+        hint = f"Did you mean '{near[0]}'?" if near else f"A grid has {', '.join(GridFile.model_fields)}."
+        return f"unknown key '{key}'. {hint}"
+    path = "".join(f"[{step}]" if isinstance(step, int) else str(step) for step in place)
+    if kind == "missing":
+        return f"{path}: is missing."
+    if place and place[0] in ("angles_deg", "spacing_mm") and len(place) == 3:
+        path = f"{path}: tile ({place[2]}, {place[1]})"
+    if place and place[0] == "angles_deg" and kind in ("greater_than", "less_than_equal"):
+        return f"{path}: angle {found:g} must be above -90 and at most 90 degrees."
+    if kind in ("greater_than", "greater_than_equal"):
+        word, limit = ("above", limits["gt"]) if kind == "greater_than" else ("at least", limits["ge"])
+        return f"{path}: {found:g} must be {word} {limit:g}."
+    if kind == "finite_number":
+        return f"{path}: {found} is no finite number."
+    if kind in ("float_type", "float_parsing"):
+        return f"{path}: {_name(found)} where a number is needed."
+    if kind in ("list_type", "tuple_type", "dict_type"):
+        wanted = "an object" if kind == "dict_type" else "a list"
+        return f"{path}: {_name(found)} where {wanted} is needed."
+    if kind in ("too_short", "too_long"):
+        limit = limits.get("min_length", limits.get("max_length"))
+        word = "at least" if kind == "too_short" else "at most"
+        return f"{path}: has {limits['actual_length']} entries, but needs {word} {limit}."
+    message = detail["msg"]
+    return f"{path}: {message}." if path else f"{message}."
+
+
+def _name(value: Any) -> str:
+    """A value as a reader of JSON would call it, cut to a line."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f"the text {value[:30]!r}"
+    if isinstance(value, list):
+        return f"a list of {len(value)}"
+    if isinstance(value, dict):
+        return "an object"
+    return f"{value!s:.30}"

@@ -1,0 +1,83 @@
+"""What a travel costs: its length, or the seconds that the machine's axes need for it."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import kernel
+
+ObjectiveName = Literal["straight", "routed", "time"]
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What a sequence is optimised for.
+
+    Attributes:
+        name: "straight" is the paper's J, "routed" the length of the travels as they are made over what
+            is printed, "time" the seconds of those travels.
+        clearance_mm: how far a routed travel keeps above what is printed ("routed" and "time").
+        speed_mm_s: travel speed, and the limits of the sheet's x and y axis.
+        acceleration_mm_s2: travel acceleration, and the limits of the sheet's x and y axis.
+        fixed_s: time of retraction or of the valve, for each travel longer than ``fixed_from_mm``.
+        fixed_from_mm: see ``fixed_s``.
+    """
+
+    name: ObjectiveName = "straight"
+    clearance_mm: float = 0.0
+    speed_mm_s: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    acceleration_mm_s2: tuple[float, float, float] = (np.inf, np.inf, np.inf)
+    fixed_s: float = 0.0
+    fixed_from_mm: float = 0.0
+
+    @property
+    def routed(self) -> bool:
+        """Whether what is printed at the moment matters."""
+        return self.name != "straight"
+
+    def parameters(self) -> NDArray[np.float64]:
+        """float64 (10,) for the kernels: timed, clearance, v, vx, vy, a, ax, ay, fixed, fixed from."""
+        timed = self.name == "time"
+        return np.array(
+            [
+                timed,
+                self.clearance_mm if self.routed else 0.0,
+                *self.speed_mm_s,
+                *self.acceleration_mm_s2,
+                self.fixed_s if timed else 0.0,
+                self.fixed_from_mm,
+            ],
+            np.float64,
+        )
+
+
+@kernel
+def leg_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
+    """Cost of one straight leg by (dx, dy) mm: its length in mm, or its time in s.
+
+    The time is that of a trapezoidal speed profile from rest to rest, along the leg, under the limits
+    of path and axes: speed up with a, hold v, slow down with a; 2·√(L/a) where v is never reached.
+    """
+    length = float(np.sqrt(dx * dx + dy * dy))
+    if parameters[0] == 0.0 or length == 0.0:
+        return length
+    ux, uy = abs(dx) / length, abs(dy) / length
+    v, a = parameters[2], parameters[5]
+    if ux > 0.0:
+        v, a = min(v, parameters[3] / ux), min(a, parameters[6] / ux)
+    if uy > 0.0:
+        v, a = min(v, parameters[4] / uy), min(a, parameters[7] / uy)
+    if length * a < v * v:
+        return float(2.0 * np.sqrt(length / a))
+    return float(length / v + v / a)
+
+
+@kernel
+def direct_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
+    """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included."""
+    cost = leg_cost(parameters, dx, dy)
+    if parameters[8] > 0.0 and dx * dx + dy * dy > parameters[9] * parameters[9]:
+        cost += parameters[8]
+    return cost

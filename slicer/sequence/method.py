@@ -1,0 +1,66 @@
+"""The contract between ``solve`` and the methods: what a method is given, and what it hands back."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.cost import Objective
+from slicer.sequence.problem import Problem
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A word from a running method: the cost of its best sequence (mm, or s) and the bound on it."""
+
+    stage: str
+    cost: float
+    lower_bound: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Options:
+    """How long and from where a method searches.
+
+    Attributes:
+        effort: "quick", "default" or "high": budgets of iterations, which make no use of the clock.
+        seed: for methods that draw random numbers.
+        objective: what the sequence is optimised for.
+        deadline: ``time.perf_counter()`` value at which a method stops early; None for no limit.
+        initial: int32 (n,), oriented toolpaths; a printable sequence that a method may improve on.
+        progress: called now and then, never from a compiled kernel.
+    """
+
+    effort: str = "default"
+    seed: int = 0
+    objective: Objective = field(default_factory=Objective)
+    deadline: float | None = None
+    initial: NDArray[np.int32] | None = None
+    progress: Callable[[Progress], None] | None = None
+
+    def out_of_time(self) -> bool:
+        """Whether the deadline has passed."""
+        return self.deadline is not None and time.perf_counter() >= self.deadline
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a method hands back to ``solve``.
+
+    Attributes:
+        oriented: int32 (n,), the sequence of oriented toolpaths.
+        nodes_visited, states_created: see ``Result``.
+        lower_bound_mm: a proven lower bound on straight travel, or None.
+        stopped: whether the deadline or Ctrl-C ended it before its effort was spent.
+    """
+
+    oriented: NDArray[np.int32]
+    nodes_visited: int = 0
+    states_created: int = 0
+    lower_bound_mm: float | None = None
+    stopped: bool = False
+
+
+Method = Callable[[Problem, Options], Found]

@@ -1,0 +1,51 @@
+"""What every sequencing method returns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """An order of toolpaths with directions.
+
+    Attributes:
+        order: int64 (n,), the toolpath that is printed k-th.
+        flipped: bool (n,), whether the k-th is printed from its second endpoint.
+        travel_mm: straight travel J.
+        lower_bound_mm: no sequence travels less than this; None where nothing is known.
+        nodes_visited: states whose successors were generated.
+        states_created: successors generated, as the source paper counts them.
+        method: the name of the method.
+        seed: the seed that it was given.
+        runtime_s: wall-clock seconds in the method, compilation included.
+    """
+
+    order: NDArray[np.int64]
+    flipped: NDArray[np.bool_]
+    travel_mm: float
+    lower_bound_mm: float | None
+    nodes_visited: int
+    states_created: int
+    method: str
+    seed: int
+    runtime_s: float
+
+    @property
+    def proved(self) -> bool:
+        """Whether the travel is known to be the least possible."""
+        return self.lower_bound_mm is not None and self.travel_mm <= self.lower_bound_mm + 1e-6
+
+    def summary(self) -> str:
+        """One line for people: the travel, what is known of the optimum, and the effort."""
+        if self.proved:
+            known = "optimal"
+        elif self.lower_bound_mm is None:
+            known = "no bound"
+        else:
+            known = f"at least {self.lower_bound_mm:.4f} mm is needed"
+        return (
+            f"{self.method}: {len(self.order)} toolpaths, travel {self.travel_mm:.4f} mm ({known}), "
+            f"{self.nodes_visited} nodes, {self.states_created} states, {self.runtime_s:.2f} s"
+        )

@@ -1,0 +1,68 @@
+"""``vslice check``: replay a program and verify that it can be printed."""
+
+import dataclasses
+import json
+import sys
+from pathlib import Path
+
+import click
+
+from vslice.session import common, say
+
+MOST = 20
+
+
+@click.command("check", epilog="Example: vslice check part.gcode --grid grid.json -p marlin-syringe")
+@click.argument("program_file", metavar="PART.gcode", type=click.Path(path_type=Path))
+@click.option(
+    "--grid",
+    "grid_file",
+    type=click.Path(path_type=Path),
+    help="Also verify that each hatch line of this grid is printed exactly once.",
+)
+@click.option(
+    "-p", "--profile", "profile_name", default="marlin-generic", show_default=True, metavar="NAME|FILE.toml",
+    help="The machine: a shipped profile, or a file of your own.",
+)  # fmt: skip
+@click.option(
+    "--set", "overrides", multiple=True, metavar="SECTION.KEY=VALUE", help="Change one setting; repeatable."
+)
+@click.option("--json", "as_json", is_flag=True, help="All violations as JSON on stdout.")
+@common
+def command(
+    program_file: Path, grid_file: Path | None, profile_name: str, overrides: tuple[str, ...], as_json: bool
+) -> None:
+    """Replay a program and verify that it can be printed.
+
+    Independent of how it was made: every extrusion must be printable, no travel may pass through printed
+    material, positions and speeds must be within the machine's limits, extrusion must be constant and
+    stop while travelling. Exits with 1 if anything is wrong.
+    """
+    import profiles
+    from gcode.check import check_file
+    from slicer import grid
+
+    profile = profiles.load(profile_name, overrides)
+    report = check_file(program_file, profile, None if grid_file is None else grid.read(grid_file))
+    wrong = report.violations
+    if as_json:
+        facts = {
+            "file": str(program_file),
+            "violations": [dataclasses.asdict(violation) for violation in wrong],
+            "moves": report.moves,
+            "extrusions": report.extrusions,
+            "printed_mm": round(report.printed_mm, 3),
+            "travel_mm": round(report.travel_mm, 3),
+        }
+        click.echo(json.dumps(facts, indent=1))
+    else:
+        for violation in wrong[:MOST]:
+            click.echo(str(violation))
+        if len(wrong) > MOST:
+            click.echo(f"and {len(wrong) - MOST} more violations")
+    said = f"{len(wrong)} violations" if wrong else "no violations"
+    say(
+        f"{program_file}: {said} in {report.extrusions} extrusions ({report.printed_mm:.1f} mm printed, "
+        f"{report.travel_mm:.1f} mm travelled)"
+    )
+    sys.exit(1 if wrong else 0)

@@ -1,0 +1,75 @@
+"""``vslice preview``: a grid or a program as a picture."""
+
+from pathlib import Path
+
+import click
+
+from vslice import output
+from vslice.session import common, say
+
+
+@click.command("preview", epilog="Example: vslice preview part.gcode -o part.png --color order")
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(path_type=Path),
+    help="Picture; PNG, SVG or PDF by its extension. By default FILE.png.",
+)
+@click.option(
+    "--show",
+    type=click.Choice(["tilts", "toolpaths"]),
+    default="tilts",
+    show_default=True,
+    help="Of a grid: the tilt of each tile, or the toolpaths in it.",
+)
+@click.option(
+    "--color",
+    type=click.Choice(["kind", "order"]),
+    default="kind",
+    show_default=True,
+    help="Of a program: extrusion red and travel blue, or a ramp from the first toolpath to the last.",
+)
+@click.option("--dpi", default=150, show_default=True, help="Resolution of a PNG.")
+@click.option(
+    "-p", "--profile", "profile_name", default="marlin-generic", show_default=True, metavar="NAME|FILE.toml",
+    help="The machine that the program is for: its plane and valve.",
+)  # fmt: skip
+@common
+def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profile_name: str) -> None:
+    """Draw a grid or a G-code program.
+
+    A grid is a file whose first character is a brace; anything else is read as G-code.
+    """
+    target = out or file.with_suffix(".png")
+    file_format = target.suffix.lstrip(".").lower()
+    from gcode import preview
+
+    if file_format not in preview.FORMATS:
+        raise click.UsageError(f"{target}: a picture must end in .png, .svg or .pdf, not '{target.suffix}'.")
+    if _is_grid(file):
+        from slicer import grid
+
+        sheet = grid.read(file)
+        figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
+    else:
+        import profiles
+        from gcode.parse import read_moves
+
+        profile = profiles.load(profile_name)
+        drawing = preview.Drawing.of_moves(read_moves(file, plane=profile.machine.plane), profile)
+        if len(drawing.toolpaths) == 0:
+            raise click.ClickException(
+                f"{file}: nothing is extruded in it. Is the profile (-p) the right one?"
+            )
+        figure = preview.draw_sequence(drawing, color="order" if color == "order" else "kind")
+    output.write(target, [preview.picture(figure, file_format, dpi=dpi)])
+    say(f"picture written to {target}")
+
+
+def _is_grid(file: Path) -> bool:
+    if not file.is_file():
+        raise click.ClickException(f"{file}: there is no such file.")
+    with file.open("rb") as head:
+        return head.read(64).lstrip(b"\xef\xbb\xbf \t\r\n")[:1] in (b"{", b"[")

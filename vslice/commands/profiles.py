@@ -1,0 +1,55 @@
+"""``vslice profiles``: the machines that vslice knows."""
+
+import json
+
+import click
+
+from vslice.session import common
+
+
+@click.group("profiles", invoke_without_command=True, epilog="Example: vslice profiles show marlin-syringe")
+@common
+@click.pass_context
+def command(ctx: click.Context) -> None:
+    """List the shipped profiles, show one, or print the schema of a profile file."""
+    if ctx.invoked_subcommand is None:
+        import profiles
+
+        names = profiles.shipped()
+        width = max(map(len, names))
+        for name in names:
+            click.echo(f"{name:<{width}}  {profiles.load(name).machine.description}")
+
+
+@command.command("show", epilog="Example: vslice profiles show marlin-syringe > lab.toml")
+@click.argument("name", metavar="NAME|FILE.toml")
+@common
+def show(name: str) -> None:
+    """Print every setting of a profile with what it means, as a TOML file to start from."""
+    import profiles
+
+    for section, values in profiles.load(name):
+        click.echo(f"[{section}]")
+        for key, value in values:
+            setting = type(values).model_fields[key]
+            click.echo(f"# {setting.description}")
+            click.echo(f"{key} = {_toml(value)}" if value is not None else f"# {key} = ")
+        click.echo()
+
+
+@command.command("schema", epilog="Example: vslice profiles schema > profile.schema.json")
+@common
+def schema() -> None:
+    """Print the JSON Schema of a profile, for editors."""
+    import profiles
+
+    click.echo(json.dumps(profiles.Profile.model_json_schema(), indent=1))
+
+
+def _toml(value: object) -> str:
+    """A setting as TOML writes it: JSON does for all that a profile can hold."""
+    if isinstance(value, tuple):
+        if value and isinstance(value[0], str):
+            return "[\n" + "".join(f"  {_toml(entry)},\n" for entry in value) + "]"
+        return "[" + ", ".join(_toml(entry) for entry in value) + "]"
+    return json.dumps(value, ensure_ascii=False)
