@@ -94,6 +94,8 @@ class Job:
                 stack.callback(self._port.close)
             else:
                 self._port = self.port_given
+            if self.journal is not None:
+                self.journal.ready()
             clock = getattr(self._port, "clock", time.monotonic)
             commands = self.program.commands[self.start_at :] if self.start_at else self.program.commands
             self._sender = sender = Sender(commands, self.settings, clock(), self.before)

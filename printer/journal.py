@@ -74,6 +74,15 @@ def read_journal(path: Path) -> Entry:
     return _entry(records)
 
 
+def unfinished(path: Path) -> int | None:
+    """The last acknowledged line of a job that was begun and not finished; None if there is none."""
+    records, _ = whole_records(path.read_bytes()) if path.exists() else ([], 0)
+    if not records or "job" not in records[0]:
+        return None
+    entry = _entry(records)
+    return None if entry.finished else entry.acknowledged_line
+
+
 def whole_records(data: bytes) -> tuple[list[dict[str, Any]], int]:
     """The whole records, and where the torn tail begins."""
     records: list[dict[str, Any]] = []
@@ -110,7 +119,7 @@ def _entry(records: list[dict[str, Any]]) -> Entry:
 class Journal:
     """A journal that is open for writing; only one process can have it open.
 
-    ``begin`` starts a new job and forgets the old one; `reopen` goes on with it.
+    `begin` or `reopen`, then `ready` when the first line goes, then `acknowledge` and `close_job`.
     """
 
     def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
@@ -125,25 +134,32 @@ class Journal:
             raise JournalError(
                 f"{path.name}: another sender writes this journal: wait, or stop it."
             ) from error
-        self._line = 0
+        self._first: dict[str, Any] = {}
+        self._keep, self._line = 0, 0
         self._synced = self._clock()
 
     def begin(self, job: JobRecord) -> None:
-        """A new job; on disk before this returns."""
-        self._file.truncate(0)
-        self._append({"job": asdict(job)})
+        """A new job: what the file holds is forgotten as soon as the job is `ready`."""
+        self._first, self._keep, self._line = {"job": asdict(job)}, 0, 0
+
+    def ready(self) -> None:
+        """The port is open, the first line goes now: on disk before this returns."""
+        self._file.truncate(self._keep)
+        self._append(self._first)
         _sync_folder(self.path.parent)
 
     def reopen(self, port: str) -> Entry:
-        """Go on with an interrupted job: cut the torn tail, note the port, and tell what was there."""
+        """Go on with an interrupted job, the torn tail left out; tells what was there.
+
+        Raises:
+            JournalError: if no record is whole.
+        """
         self._file.seek(0)
         records, end = whole_records(self._file.read())
         if not records or "job" not in records[0]:
             raise JournalError(f"{self.path.name}: no whole record: start the job anew.")
-        self._file.truncate(end)
         entry = _entry(records)
-        self._line = entry.acknowledged_line
-        self._append({"resumed": port})
+        self._first, self._keep, self._line = {"resumed": port}, end, entry.acknowledged_line
         return entry
 
     def acknowledge(self, line: int) -> None:

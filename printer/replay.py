@@ -16,7 +16,8 @@ WAITING = {"M104": "M109", "M140": "M190", "M141": "M191"}
 # Outputs: fans, valves, pins, spindle, servos. Each entry names what the last command of its kind decides.
 OUTPUTS = {
     "M106": "fan", "M107": "fan", "M42": "pin", "M280": "servo", "M3": "spindle", "M4": "spindle",
-    "M5": "spindle", "M126": "valve 1", "M127": "valve 1", "M128": "valve 2", "M129": "valve 2", "G10": "retraction", "G11": "retraction",
+    "M5": "spindle", "M126": "valve 1", "M127": "valve 1", "M128": "valve 2", "M129": "valve 2",
+    "G10": "retraction", "G11": "retraction",
 }  # fmt: skip
 SETTINGS = frozenset({"M302", "M220", "M221", "M203", "M204", "M205", "M201", "M92"})
 

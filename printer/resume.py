@@ -131,8 +131,8 @@ def _find_position(safety: Safety, target: dict[str, float], height_mm: float | 
             homed |= set(words(line[3:])) & set("XYZ") or set("XYZ")
     if axis in homed and not safety.build_axis_homes_up:
         raise ResumeError(
-            f"the profile's homing lines {list(safety.home_lines)} home {axis}, the build direction, "
-            f"towards the print: home only the other axes, for instance 'G28 {' '.join(sorted(set('XYZ') - {axis}))}'."
+            f"the profile's homing lines {list(safety.home_lines)} home {axis}, the build direction, towards "
+            f"the print: home the others only, as 'G28 {' '.join(sorted(set('XYZ') - {axis}))}'."
         )
     missing = set(target) - homed - ({axis} if height_mm is not None else set())
     if missing == {axis}:

@@ -30,7 +30,8 @@ class Settings:
     """Baud rate, window and timeouts (seconds), and the safe way out.
 
     ``window_lines`` and ``window_bytes`` bound what is sent but not acknowledged; 1 line is ping-pong.
-    After ``probe_after_s`` without an answer the printer is asked, after ``give_up_after_s`` in which it
+    After ``probe_after_s`` without an answer the printer is asked (more than the 2 s between two busy messages),
+    after ``give_up_after_s`` in which it
     said nothing at all the job fails, and after ``stall_after_s`` in which it reported but took no line.
     ``boot_wait_s`` is the time for a board that resets when its port is opened; every ``poll_s`` the
     temperatures are asked for, and the answer tells exactly which lines were taken.
@@ -39,7 +40,7 @@ class Settings:
     baud: int = 115200
     window_lines: int = 4
     window_bytes: int = 127
-    probe_after_s: float = 2.0
+    probe_after_s: float = 2.5
     give_up_after_s: float = 30.0
     stall_after_s: float = 600.0
     boot_wait_s: float = 3.0
