@@ -68,7 +68,7 @@ def open_port(url: str, baud: int) -> Port:
         port = serial.serial_for_url(
             url, baudrate=baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S, do_not_open=True
         )
-        if "://" not in url:
+        if "://" not in url or url.startswith("spy://"):
             port.exclusive = True
         port.open()
     except (serial.SerialException, OSError, ValueError) as error:
@@ -131,7 +131,8 @@ def state_folder() -> Path:
 
 def port_lock(url: str) -> Lock:
     """The lock of a port, whichever of its names is used. Each anonymous ``marlin://`` is its own."""
-    name = str(Path(url).resolve()) if os.sep in url and "://" not in url else url
+    device = re.sub(r"^spy://([^?]*).*", r"\1", url)
+    name = str(Path(device).resolve()) if "://" not in device else url
     if re.match(r"marlin://(\?|$)", url):
         name += f"#{os.getpid()}-{os.urandom(4).hex()}"
     digest = hashlib.sha256(name.encode()).hexdigest()[:16]

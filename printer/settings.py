@@ -30,9 +30,9 @@ class Settings:
     """Baud rate, window and timeouts (seconds), and the safe way out.
 
     ``window_lines`` and ``window_bytes`` bound what is sent but not acknowledged; 1 line is ping-pong.
-    After ``probe_after_s`` without an answer the printer is asked (more than the 2 s between two busy messages),
-    after ``give_up_after_s`` in which it
-    said nothing at all the job fails, and after ``stall_after_s`` in which it reported but took no line.
+    After ``probe_after_s`` without an answer the printer is asked (more than the 2 s between two messages
+    of a busy one), after ``give_up_after_s`` in which it said nothing at all the job fails, and after
+    ``stall_after_s`` in which it reported but took no line.
     ``boot_wait_s`` is the time for a board that resets when its port is opened; every ``poll_s`` the
     temperatures are asked for, and the answer tells exactly which lines were taken.
     """

@@ -277,6 +277,8 @@ class Firmware:
             return False
         self.machine.planner.advance(self.now)
         self._wake = next(self._running, -1.0)
+        if self.halted:
+            return False
         if self._wake >= 0:
             return self._wake <= self.now
         self.say(self._ok(number, text))
@@ -289,6 +291,9 @@ class Firmware:
         return True
 
     def _steps(self, text: str) -> Iterator[float]:
+        if text.startswith("M112"):  # numbered, so it had to wait for its turn
+            self._emergency(b"M112")
+            return
         yield from self.machine.run(text)
         if self._extra_s:
             self._extra_s = 0.0

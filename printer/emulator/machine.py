@@ -16,7 +16,31 @@ COLD_C = 170.0
 """Below this Marlin refuses to extrude, unless M302 allows it."""
 
 # Commands that Marlin knows and that change nothing that is emulated.
-SILENT_M = (3, 4, 5, 17, 18, 42, 73, 75, 76, 77, 84, 92, 105, 106, 107, 110, 117, 126, 127, 128, 129, 150)
+SILENT_M = (
+    3,
+    4,
+    5,
+    17,
+    18,
+    42,
+    73,
+    75,
+    76,
+    77,
+    84,
+    92,
+    105,
+    106,
+    107,
+    108,
+    110,
+    117,
+    126,
+    127,
+    128,
+    129,
+    150,
+)
 SILENT_MORE_M = (201, 203, 204, 205, 207, 208, 211, 220, 221, 280, 300, 500, 501, 502, 503, 900)
 SILENT = frozenset({"G10", "G11", "G17", "G21"} | {f"M{code}" for code in (*SILENT_M, *SILENT_MORE_M)})
 BUILD_LINES = (
