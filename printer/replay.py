@@ -3,9 +3,11 @@
 import math
 import re
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from printer.program import Program
+from printer.protocol import clean
 
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))?")
 CODE = re.compile(r"([GMT])(\d+)(?:\.(\d+))?\s*(.*)", re.DOTALL)
@@ -115,13 +117,22 @@ def replay(program: Program, count: int) -> Replay:
     return state
 
 
-def highest(program: Program, count: int, axis: str) -> float | None:
-    """The largest coordinate on ``axis`` in mm where one of the first ``count`` commands fed material."""
-    state, most = Replay(), None
+def highest(program: Program, count: int, axis: str, close_lines: Sequence[str] = ()) -> float | None:
+    """The largest coordinate on ``axis`` in mm where one of the first ``count`` commands laid material.
+
+    Behind a valve no move feeds anything: there, one lays material while the valve is not as
+    ``close_lines`` leave it.
+    """
+    closing = Replay()
+    for line in close_lines:
+        closing.apply(clean(line))
+    closed = closing.outputs
+    state, most = Replay(outputs=dict(closed)), None
     for command in program.commands[:count]:
         before = state.position.get(axis)
         state.apply(command)
-        if state.extruding or (state.outputs and MOTION.match(command)):
+        is_open = any(state.outputs[place] != line for place, line in closed.items())
+        if state.extruding or (is_open and MOTION.match(command)):
             for value in (before, state.position.get(axis)):
                 if value is not None:
                     most = value if most is None else max(most, value)

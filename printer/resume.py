@@ -105,7 +105,7 @@ def plan_resume(
         raise ResumeError(
             f"{program.name}: the height ({axis}) at which to go on is unknown: no move sets it."
         )
-    top = highest(program, furthest, axis)
+    top = highest(program, furthest, axis, safety.close_lines)
     safe = max(target[axis], target[axis] if top is None else top) + safety.lift_mm
     primed = _to_prime(program, acknowledged, entry, state, safety)
     before = [
