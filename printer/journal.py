@@ -135,12 +135,12 @@ class Journal:
                 f"{path.name}: another sender writes this journal: wait, or stop it."
             ) from error
         self._first: dict[str, Any] = {}
-        self._keep, self._line = 0, 0
+        self._keep, self._line, self._synced_line = 0, 0, 0
         self._synced = self._clock()
 
     def begin(self, job: JobRecord) -> None:
         """A new job: what the file holds is forgotten as soon as the job is `ready`."""
-        self._first, self._keep, self._line = {"job": asdict(job)}, 0, 0
+        self._first, self._keep, self._line, self._synced_line = {"job": asdict(job)}, 0, 0, 0
 
     def ready(self) -> None:
         """The port is open, the first line goes now: on disk before this returns."""
@@ -163,11 +163,17 @@ class Journal:
         return entry
 
     def acknowledge(self, line: int) -> None:
-        """Lines up to ``line`` of the file were acknowledged; written at a bounded rate."""
-        due = self._clock() - self._synced >= SECONDS_PER_SYNC or line - self._line >= LINES_PER_SYNC
-        if line > self._line and due:
-            self._line = line
-            self._append({"line": line})
+        """Lines up to ``line`` of the file were acknowledged.
+
+        Each call writes, so that the end of this process loses nothing; a power cut may lose what was not
+        synced, which is at most a second or 500 lines.
+        """
+        if line <= self._line:
+            return
+        self._line = line
+        self._write({"line": line})
+        if self._clock() - self._synced >= SECONDS_PER_SYNC or line - self._synced_line >= LINES_PER_SYNC:
+            self._sync()
 
     def close_job(self, line: int, ended: str) -> None:
         """The job ended in an orderly way: "finished", "stopped", ..."""
@@ -178,10 +184,16 @@ class Journal:
         self._file.close()
 
     def _append(self, record: dict[str, Any]) -> None:
+        self._write(record)
+        self._sync()
+
+    def _write(self, record: dict[str, Any]) -> None:
         self._file.write(_encode(record))
         self._file.flush()
+
+    def _sync(self) -> None:
         os.fsync(self._file.fileno())
-        self._synced = self._clock()
+        self._synced, self._synced_line = self._clock(), self._line
 
 
 def _sync_folder(folder: Path) -> None:

@@ -15,7 +15,7 @@ from serial.tools import list_ports
 
 from printer.errors import PortError, PrinterError
 
-READ_TIMEOUT_S = 0.25
+READ_TIMEOUT_S = 0.1
 WRITE_TIMEOUT_S = 5.0
 
 

@@ -1,59 +1,16 @@
 """An interrupted job goes on at the start of its toolpath, and the nozzle comes from above."""
 
 from dataclasses import replace
-from functools import cache
-from itertools import pairwise
 
 import pytest
 from pump import Bench
+from sheet import SAFETY, assert_same_print, entry, printed, sheet
 
-from printer import JournalError, ResumeError, Safety, Settings, State, make_program
+from printer import JournalError, ResumeError, Settings, State, make_program
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware, Options
-from printer.journal import Entry, JobRecord
 from printer.replay import highest
 from printer.resume import plan_resume, start_of_work
-
-SAFETY = Safety(
-    lift_mm=5,
-    lift_speed_mm_s=10,
-    close_lines=("G1 E-1 F1800", "M42 P4 S0"),
-    stop_lines=("M104 S0",),
-    home_lines=("G28 X Y",),
-)
-
-
-@cache
-def sheet(toolpaths=60, marked=True):
-    """Rows of short lines, each extruded in two moves, with a valve on pin 4."""
-    lines = ["M302 P1", "G21", "G90", "M104 S60", "G0 X0 Y0 Z0.2 F6000", "M83"]
-    for k in range(toolpaths):
-        x, z = (k % 6) * 5, 0.2 + 0.2 * (k // 6)
-        lines += [f";TOOLPATH {k}"] if marked else ["; the next one"]
-        lines += [f"G0 X{x} Z{z:.3f} F6000", "G1 E1 F1800", "M42 P4 S255"]
-        lines += [f"G1 X{x + 2} E0.1 F1200", f"G1 X{x + 4} E0.1 F1200", "M42 P4 S0", "G1 E-1 F1800"]
-    return make_program([*lines, "G0 Z20"], name="sheet.gcode")
-
-
-def entry(program, line, ended=""):
-    return Entry(JobRecord("sheet.gcode", program.sha256, "marlin://", "lab"), line, ended)
-
-
-def printed(firmware):
-    """The moves that laid material."""
-    moves = firmware.path.moves
-    return [
-        (round(a.x, 3), round(a.z, 3), round(b.x, 3), round(b.z, 3), round(b.e, 5))
-        for a, b in pairwise(moves)
-        if b.e > 0 and (a.x, a.z) != (b.x, b.z)
-    ]
-
-
-@cache
-def whole(marked=True):
-    bench = Bench(sheet(marked=marked).commands)
-    assert bench.run() is State.FINISHED
-    return printed(bench.firmware)
 
 
 def resumed(program, firmware, plan):
@@ -61,14 +18,6 @@ def resumed(program, firmware, plan):
         program.commands[plan.start_at :], Settings(safety=SAFETY), firmware=firmware, before=plan.before
     )
     assert bench.run() is State.FINISHED, bench.sender.message
-
-
-def assert_same_print(before, after):
-    """``before`` is a beginning of the whole, ``after`` an end of it, and nothing is missing between."""
-    assert before == whole()[: len(before)]
-    assert after == whole()[len(whole()) - len(after) :]
-    assert len(before) + len(after) >= len(whole())
-    return len(before) + len(after) - len(whole())
 
 
 @pytest.mark.parametrize("stop_after", range(7, 400, 23))
