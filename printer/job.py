@@ -10,7 +10,7 @@ import serial
 
 from printer.errors import PrinterError, StreamError
 from printer.journal import Journal
-from printer.ports import Port, open_port, port_lock
+from printer.ports import READ_TIMEOUT_S, Port, open_port, port_lock
 from printer.program import Program, make_program, read_program
 from printer.protocol import fault_of
 from printer.report import Progress, Report, State
@@ -136,7 +136,7 @@ class Job:
         self._changed.set()
 
     def _serve_until_end(self, sender: Sender, clock: Callable[[], float]) -> None:
-        port, rest, announced = self._port, b"", 0
+        port, rest, announced, tick_at = self._port, b"", 0, 0.0
         while not sender.state.final:
             if self._wishes:
                 self._grant(sender, clock())
@@ -148,9 +148,10 @@ class Job:
                 *lines, rest = (rest + received).split(b"\n")
                 if len(rest) > LONGEST_REPLY:
                     lines, rest = [*lines, rest], b""
-                for line in lines:
-                    sender.receive(line, now)
-            sender.tick(now)
+                sender.receive(lines, now)
+            if now >= tick_at or not received:
+                sender.tick(now)
+                tick_at = now + READ_TIMEOUT_S
             if sender.window.acked - announced >= 500:
                 announced = sender.window.acked
                 self._changed.set()  # the journal wants to know

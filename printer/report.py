@@ -22,7 +22,10 @@ class State(Enum):
     @property
     def final(self) -> bool:
         """Whether nothing more will happen."""
-        return self in (State.FINISHED, State.STOPPED, State.KILLED, State.FAILED)
+        return self in FINAL
+
+
+FINAL = (State.FINISHED, State.STOPPED, State.KILLED, State.FAILED)
 
 
 @dataclass(frozen=True, slots=True)

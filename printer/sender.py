@@ -6,7 +6,7 @@ right again, and the last one proves that all has arrived.
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from printer.protocol import (
     HELLO,
@@ -56,7 +56,7 @@ class Sender:
         self.output = bytearray()
         self.begun = self.heard_at = self.progressed = self.polled = now
         self.probes, self.probe_due = 0, now
-        self.longest_silence, self.heard = 0.0, ""
+        self.longest_silence, self.heard = 0.0, b""
         self.temperatures: dict[str, Reading] = {}
         self.capabilities: dict[str, bool] = {}
         self.position: dict[str, float] | None = None
@@ -66,11 +66,15 @@ class Sender:
 
     # --- the transitions ---------------------------------------------------------------------------
 
-    def receive(self, line: bytes, now: float) -> None:
-        """Take one line of the printer."""
-        if self.state.final:
-            return
-        self._hear(line, now)
+    def receive(self, lines: Iterable[bytes], now: float) -> None:
+        """Take what the printer said, line by line, and then send what fits."""
+        for line in lines:
+            if not self.state.final:
+                self._hear(line, now)
+                self._react(line, now)
+        self._fill(now)
+
+    def _react(self, line: bytes, now: float) -> None:
         window = self.window
         match parse_reply(line):
             case Ok(readings=readings) if self.state is State.HELLO:
@@ -116,7 +120,6 @@ class Sender:
                 self.capabilities[name] = enabled
             case Other(text):
                 self._remember(text)
-        self._fill(now)
 
     def tick(self, now: float) -> None:
         """Take the time: due at `deadline`, harmless earlier."""
@@ -195,47 +198,48 @@ class Sender:
         if self.state not in (State.RUN, State.STOP):
             return
         window, most = self.window, self.settings.window_lines
-        most = max(most, self.room) if most > 1 else 1
-        while window.lines < most and (self.alone is None or window.sent <= self.alone):
+        if self.room > most > 1:
+            most = self.room
+        if window.sent == window.acked:
+            self._alive(now)  # an idle wire begins to wait now
+        while window.sent - window.acked < most and (self.alone is None or window.sent <= self.alone):
             if window.sent == window.top and not self._assign(now):
                 break
-            data = window.next_line(self.settings.window_bytes - window.bytes)
-            if data is None:
+            command, data = window.next_line()
+            if window.bytes and window.bytes + len(data) > self.settings.window_bytes:
                 break
-            if not window.lines:
-                self._alive(now)  # an idle wire begins to wait now
-            if window.command(window.sent).split(maxsplit=1)[0] in ALONE:
+            if command[:4] in ALONE:
                 self.alone = window.sent
-            window.send(data)
-            self.output += data
+            self.output += window.send()
         if self.tail_given and not self.pending and not window.waiting:
             self._end(State.FINISHED if self.state is State.RUN else State.STOPPED, "")
 
     def _assign(self, now: float) -> bool:
         """Give the next number to a line, if there is one."""
         window = self.window
-        if not self.pending and window.assigned >= self.end and not self.tail_given:
+        left = window.assigned < self.end
+        if not self.pending and not left and not self.tail_given:
             self.pending.extend(["M400", MARK])
             self.tail_given = True
         if self.pending:
             window.assign(self.pending.popleft())
-        elif not window.marks and now - self.polled >= self.settings.poll_s and not self.tail_given:
+        elif now - self.polled >= self.settings.poll_s and not window.marks and not self.tail_given:
             self.polled = now
             window.assign(MARK)
-        elif self.paused or window.assigned >= self.end:
-            return False
-        else:
+        elif left and not self.paused:
             window.assign()
+        else:
+            return False
         return True
 
     def _take(self, through: int, now: float) -> None:
         """The printer has taken every line up to and with ``through``."""
         self.window.take(through)
-        if self.probe is not None and self.window.acked > self.probe:
+        if self.probe is not None and through >= self.probe:
             self.probe = None
-        if self.alone is not None and self.window.acked > self.alone:
+        if self.alone is not None and through >= self.alone:
             self.alone = None
-        if self.window.acked > self.asked:
+        if through >= self.asked:
             self.repeats = 0
         self._alive(now)
 
@@ -276,7 +280,7 @@ class Sender:
         self.probe = self.window.assign(MARK)
         data = frame(self.probe, MARK)
         if self.window.sent == self.probe:
-            self.window.send(data)
+            self.window.send()
         self.output += b"\n" + data
         self.probe_due = now + self.settings.probe_after_s * (1 + self.probes)
         self.messages.append(f"no answer for {now - self.progressed:.0f} s: asking the printer")
@@ -310,15 +314,16 @@ class Sender:
         self.probe_due = now + self.settings.probe_after_s
 
     def _hear(self, line: bytes, now: float) -> None:
-        self.longest_silence = max(self.longest_silence, now - self.heard_at)
-        self.heard_at = now
-        self.heard = line.decode(errors="replace").strip()
+        if now - self.heard_at > self.longest_silence:
+            self.longest_silence = now - self.heard_at
+        self.heard_at, self.heard = now, line
 
     def _fail(self, what: str, advice: str) -> None:
+        heard = self.heard.decode(errors="replace").strip()
         self._end(
             State.FAILED,
             f"{what}. {self.window.acknowledged} of {len(self.window.commands)} commands were acknowledged; "
-            f"the last thing heard was {self.heard!r}. {advice}",
+            f"the last thing heard was {heard!r}. {advice}",
         )
 
     def _end(self, state: State, message: str) -> None:

@@ -29,6 +29,7 @@ class Window:
         self.marks: deque[int] = deque()  # in flight and MARK
         self.resent = 0
         self._sizes: deque[int] = deque()  # bytes of each line in flight
+        self._framed: tuple[int, str, bytes] = (0, "", b"")  # the line at ``sent``, until it is sent
         self._own: dict[int, str] = {}  # numbers that carry no line of the program
         self._own_numbers: list[int] = []  # the same, ascending
 
@@ -66,26 +67,34 @@ class Window:
         self.top += 1
         return number
 
-    def next_line(self, room: int) -> bytes | None:
-        """The line at ``sent``, framed; None if it has more than ``room`` bytes and others are in flight."""
-        data = frame(self.sent, self.command(self.sent))
-        return None if self.acked < self.sent and len(data) > room else data
+    def next_line(self) -> tuple[str, bytes]:
+        """The line at ``sent``, bare and framed."""
+        number, command, data = self._framed
+        if number != self.sent:
+            command = self.command(self.sent)
+            data = frame(self.sent, command)
+            self._framed = (self.sent, command, data)
+        return command, data
 
-    def send(self, data: bytes) -> None:
-        """``data``, the line at ``sent``, is under way."""
-        if self.command(self.sent) == MARK:
+    def send(self) -> bytes:
+        """The line at ``sent`` is under way; gives it, framed."""
+        command, data = self.next_line()
+        if command == MARK:
             self.marks.append(self.sent)
         self._sizes.append(len(data))
         self.bytes += len(data)
         self.sent += 1
+        return data
 
     def take(self, through: int) -> None:
         """The printer has taken every line up to and with ``through``."""
         while self._sizes and self.acked <= through:
             self.bytes -= self._sizes.popleft()
             self.acked += 1
-        self.acked = max(self.acked, through + 1)
-        self.sent = max(self.sent, self.acked)
+        if self.acked <= through:
+            self.acked = through + 1
+        if self.sent < self.acked:
+            self.sent = self.acked
         while self.marks and self.marks[0] <= through:
             self.marks.popleft()
 

@@ -33,7 +33,7 @@ class Bench:
         self.heard += printer.read()
         if b"\n" in self.heard:
             line, self.heard = self.heard.split(b"\n", 1)
-            sender.receive(line + b"\n", printer.now)
+            sender.receive([line], printer.now)
             return
         to = min(sender.deadline, printer.next_event(), printer.next_output())
         printer.advance(max(to, printer.now))

@@ -28,7 +28,7 @@ class Desk:
         """Replies arrive; what the sender writes then, without newlines."""
         self.now += after
         for line in lines:
-            self.sender.receive(line + b"\n", self.now)
+            self.sender.receive([line], self.now)
         return self.written()
 
     def wait(self, seconds):
@@ -304,8 +304,7 @@ def test_a_prompt_is_shown():
 
 def test_temperatures_are_asked_for_now_and_then():
     sender = Sender(MOVES, Settings(poll_s=5), 0.0)
-    sender.receive(b"start\n", 0.0)
-    sender.receive(MARK_OK, 0.0)
+    sender.receive([b"start", MARK_OK], 0.0)
     sender.take_output()
-    sender.receive(b"ok\n", 5.1)
+    sender.receive([b"ok"], 5.1)
     assert sender.take_output() == frame(6, "M105")
