@@ -178,9 +178,10 @@ HEATER = re.compile(r"\b(T\d?|B|C|P|R)\s*:\s*(-?\d{1,5}(?:\.\d*)?)(?:\s*/\s*(-?\
 TEMPERATURE = re.compile(r"\s*(?:T\d?|B|C)\s*:\s*-?\d")
 POSITION = re.compile(r"\s*X:\s*-?\d+(?:\.\d*)?\s+Y:")
 AXIS = re.compile(r"\b([XYZEABCUVW]):\s*(-?\d{1,9}(?:\.\d{0,9})?)")
+BUSY = re.compile(r"(?:echo:\s*)?busy\b:?")
 CAPABILITY = re.compile(r"Cap:(\w+):([01])")
 ACTION = re.compile(r"//\s*action:\s*(\S+)\s*(.*)", re.DOTALL)
-LINE_ERROR = re.compile(r"checksum|line number|last line", re.IGNORECASE)
+LINE_ERROR = re.compile(r"checksum|line number|last line|expected line", re.IGNORECASE)
 
 
 def parse_reply(line: bytes) -> Reply:
@@ -199,8 +200,8 @@ def parse_reply(line: bytes) -> Reply:
     if low.startswith(("error:", "!!")):
         words = text.split(":", 1)[-1].strip()
         return Error(words, resend=bool(LINE_ERROR.search(words)))
-    if low.startswith(("echo:busy:", "busy:")):
-        return Busy(text.split("busy:", 1)[-1].strip())
+    if match := BUSY.match(low):
+        return Busy(text[match.end() :].strip())
     if match := ACTION.match(text):
         return Action(match[1].lower(), match[2])
     if text == "start":

@@ -52,6 +52,8 @@ TRANSCRIPT = [
     (b"!! halted\n", Error("!! halted", False)),
     (b"echo:busy: processing\n", Busy("processing")),
     (b"busy:processing\n", Busy("processing")),
+    (b"echo:busy processing\n", Busy("processing")),
+    (b"Error: expected line 3 got 7\n", Error("expected line 3 got 7", True)),
     (b"echo:busy: paused for user\n", Busy("paused for user")),
     (b" T:27.87 /60.00 B:19.38 /0.00 @:127 B@:0 W:?\n",
      Temperature({"T": Reading(27.87, 60), "B": Reading(19.38, 0)}, waiting=True)),
