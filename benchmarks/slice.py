@@ -64,7 +64,9 @@ def measure(size: int) -> dict[str, float]:
 
 def main() -> None:
     """Run all sizes in processes of their own and print the table of medians."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--sizes", type=int, nargs="+", default=[10, 40, 100])
     parser.add_argument("--one", type=int, help=argparse.SUPPRESS)

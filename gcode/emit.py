@@ -98,7 +98,7 @@ def _body(program: Program, profile: Profile) -> Iterator[str]:
             yield f"G1 E{feed(move.e_mm)} F{speed}"
         else:
             yield _plain(move)
-    if profile.gcode.progress_m73:
+    if profile.gcode.progress_m73 and percent < 100:
         yield "M73 P100 R0"
 
 

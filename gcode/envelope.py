@@ -40,6 +40,7 @@ def _obstacle(
     upright_count: int,
     line: NDArray[np.float64],
     tolerance: float,
+    same_x: float,
 ) -> tuple[int, float, float]:
     """What printed material a line from left to right passes below, by more than rounding explains.
 
@@ -63,10 +64,12 @@ def _obstacle(
                 ):
                     worst, who, where = over, int(pieces[k, LINE]), xl
             k += 1
-        k = _first_ending_after(uprights, upright_count, xl - tolerance)
-        while k < upright_count and uprights[k, XL] < xr + tolerance:
+        k = _first_ending_after(uprights, upright_count, xl - 2 * tolerance)
+        while k < upright_count and uprights[k, XL] < xr + 2 * tolerance:
+            # Only what is upright beyond doubt is above or below another upright.
+            apart = max(xr, uprights[k, XR]) - min(xl, uprights[k, XL])
             over = uprights[k, YR] - low
-            if over > 2 * tolerance and over > worst:
+            if apart <= same_x and over > 2 * tolerance and over > worst:
                 worst, who, where = over, int(uprights[k, LINE]), xl
             k += 1
         return who, worst, where
@@ -158,7 +161,7 @@ def _raise_to(
 
 @kernel
 def replay(
-    lines: NDArray[np.float64], prints: NDArray[np.bool_], tolerance: float
+    lines: NDArray[np.float64], prints: NDArray[np.bool_], tolerance: float, same_x: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Replay moves and tell which of them pass below what was printed before.
 
@@ -166,6 +169,7 @@ def replay(
         lines: float64 (n, 5), from (x, y) to (x, y) in the direction of the move, and its line number.
         prints: bool (n,), whether a move lays material; others only pass.
         tolerance: resolution of positions, in mm.
+        same_x: two uprights constrain each other if their x lie within this; a negative number for never.
 
     Returns:
         (int64 (v, 2): [index of the move, program line of what it passes below],
@@ -185,7 +189,7 @@ def replay(
             line[XL], line[YL], line[XR], line[YR] = lines[k, XR], lines[k, YR], lines[k, XL], lines[k, YL]
         if not prints[k] and line[XR] - line[XL] <= 2 * tolerance:
             continue  # a travel along one x never collides
-        obstacle, depth, x = _obstacle(pieces, count, uprights, upright_count, line, tolerance)
+        obstacle, depth, x = _obstacle(pieces, count, uprights, upright_count, line, tolerance, same_x)
         if obstacle != NONE:
             if found == len(who):
                 who = np.concatenate((who, np.empty_like(who)))
@@ -200,19 +204,21 @@ def replay(
         if upright_count + 1 > len(uprights):
             uprights = np.concatenate((uprights, np.empty_like(uprights)))
         if line[XR] - line[XL] <= 2 * tolerance:
-            middle = (line[XL] + line[XR]) / 2
             line[YL], line[YR] = min(line[YL], line[YR]), max(line[YL], line[YR])
-            line[XL] = line[XR] = middle
-            begin = _first_ending_after(uprights, upright_count, middle)
+            begin = _first_ending_after(uprights, upright_count, line[XR])
             new[0] = line
             upright_count = _splice(uprights, upright_count, begin, begin, new, 1)
         else:
             if 4 * count + 8 > len(new):
                 new = np.empty((8 * count + 16, 5))
             begin = _first_ending_after(uprights, upright_count, line[XL] + tolerance)
-            end = begin
+            end = kept = begin
             while end < upright_count and uprights[end, XR] < line[XR] - tolerance:
-                end += 1  # what the line has passed over is no obstacle of its own any more
-            upright_count = _splice(uprights, upright_count, begin, end, new, 0)
+                # What the line has passed over is no obstacle of its own any more.
+                if uprights[end, YR] > _at(line, uprights[end, XL]):
+                    uprights[kept] = uprights[end]
+                    kept += 1
+                end += 1
+            upright_count = _splice(uprights, upright_count, kept, end, new, 0)
             count = _raise_to(pieces, count, line, new)
     return who[:found], how[:found]

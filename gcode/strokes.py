@@ -48,7 +48,7 @@ def _goes_on(a: Stroke, b: Stroke) -> bool:
 
 def compare_with_hatch(
     drawn: list[Stroke], grid: Grid, shift_mm: tuple[float, float] | None
-) -> list[Violation]:
+) -> tuple[list[Violation], NDArray[np.float64]]:
     """Every hatch line of the grid must be drawn once, and nothing else.
 
     A hatch line may be drawn in one movement, or in several that go straight on.
@@ -57,6 +57,10 @@ def compare_with_hatch(
         drawn: the movements that lay material.
         shift_mm: what lies between sheet and machine; where it is None, the lower left corners of all
             that is drawn and of all that should be are laid on each other.
+
+    Returns:
+        What is wrong, and the hatch lines in the order in which they were drawn, as exact as the grid
+        gives them: float64 (n, 5), from (x, y) to (x, y) and the program line.
     """
     wanted = hatch(grid)
     lines = _ends(drawn)
@@ -78,7 +82,7 @@ def compare_with_hatch(
         which = f"from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})"
         out.append(Violation(0, "missing", f"tile ({col}, {row}): its hatch line {which} is not printed"))
     extra = [rest[k] for k in np.flatnonzero(~used)]
-    again = dict(zip(*_near(_ends(extra), target)[:2].tolist(), strict=True))
+    again = dict(zip(*_near(_ends(extra), target)[:2].astype(int).tolist(), strict=True))
     for k, stroke in enumerate(extra):
         if k in again:
             col, row = wanted.tile[again[k]]
@@ -87,7 +91,10 @@ def compare_with_hatch(
         else:
             which = f"({stroke.x0:.3f}, {stroke.y0:.3f}) to ({stroke.x1:.3f}, {stroke.y1:.3f})"
             out.append(Violation(stroke.line, "stray", f"{which} is no hatch line of {grid.source}"))
-    return out
+    owner[open_lines[later >= 0]] = len(drawn) + later[later >= 0]
+    line = np.array([s.line for s in [*drawn, *rest]], np.float64)[owner[owner >= 0]]
+    exact = np.column_stack([target[owner >= 0].reshape(-1, 4), line]).astype(np.float64)
+    return out, exact[np.argsort(line, kind="stable")]
 
 
 def _ends(drawn: list[Stroke]) -> NDArray[np.float64]:

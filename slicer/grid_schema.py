@@ -8,7 +8,9 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
+    Tag,
     ValidationError,
     WithJsonSchema,
     model_validator,
@@ -69,9 +71,10 @@ class GridFile(BaseModel):
             {"anyOf": [_POSITIVE, {"type": "array", "items": _POSITIVE, "minItems": 2, "maxItems": 2}]}
         ),
     ] = Field(description="Side of every tile in mm, or [width, height].")
-    spacing_mm: Positive | list[list[Positive | None]] = Field(
-        description="Distance between neighbouring toolpaths in mm, or a grid of them, one a tile."
-    )
+    spacing_mm: Annotated[
+        Annotated[Positive, Tag("number")] | Annotated[list[list[Positive | None]], Tag("grid")],
+        Discriminator(lambda value: "grid" if isinstance(value, list) else "number"),
+    ] = Field(description="Distance between neighbouring toolpaths in mm, or a grid of them, one a tile.")
     angles_deg: Annotated[list[Annotated[list[Angle | None], Field(min_length=1)]], Field(min_length=1)] = (
         Field(
             description="Tilt of each tile in degrees, counter-clockwise from +x, in (-90, 90]; row 0 is the "
@@ -161,6 +164,8 @@ def _line(detail: ErrorDetails) -> str:
         return f"{path}: {found} is no finite number."
     if kind in ("float_type", "float_parsing"):
         return f"{path}: {_name(found)} where a number is needed."
+    if kind == "tuple_type" and path == "tile_mm":
+        return f"{path}: {_name(found)} where a number or [width, height] is needed."
     if kind in ("list_type", "tuple_type", "dict_type"):
         wanted = "an object" if kind == "dict_type" else "a list"
         return f"{path}: {_name(found)} where {wanted} is needed."

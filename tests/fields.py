@@ -54,6 +54,25 @@ def segment_sets(draw, max_tiles=3, max_n=None):
     return np.where(flip[:, None, None], chosen[:, ::-1], chosen)
 
 
+@st.composite
+def loose_segments(draw, max_n=25):
+    """Segments of any length and tilt that do not meet, some of them upright or level."""
+    n = draw(st.integers(1, max_n))
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    kept = []
+    for _ in range(4 * n):
+        start = random.uniform(0, 3, 2)
+        step = random.normal(0, draw(st.sampled_from([0.3, 1.0])), 2) * random.choice(
+            [[1, 1], [1, 0], [0, 1]]
+        )
+        line = shapely.LineString([start, start + step])
+        if np.hypot(*step) > 0.02 and all(line.distance(other) > 1e-3 for other in kept):
+            kept.append(line)
+        if len(kept) == n:
+            break
+    return np.array([line.coords for line in kept])
+
+
 def height_at(segment, x):
     """y of a slanted segment at x."""
     (x0, y0), (x1, y1) = segment

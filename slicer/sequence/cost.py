@@ -6,7 +6,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import bare_kernel
+
+FORBIDDEN = 1e30
+"""Cost of what must not be."""
 
 ObjectiveName = Literal["straight", "routed", "time"]
 
@@ -53,7 +56,7 @@ class Objective:
         )
 
 
-@kernel
+@bare_kernel
 def leg_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     """Cost of one straight leg by (dx, dy) mm: its length in mm, or its time in s.
 
@@ -74,10 +77,25 @@ def leg_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     return float(length / v + v / a)
 
 
-@kernel
+@bare_kernel
 def direct_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included."""
     cost = leg_cost(parameters, dx, dy)
     if parameters[8] > 0.0 and dx * dx + dy * dy > parameters[9] * parameters[9]:
         cost += parameters[8]
     return cost
+
+
+@bare_kernel
+def arc_cost(points: NDArray[np.float64], parameters: NDArray[np.float64], u: int, v: int) -> float:
+    """Cost of the direct travel from the end of oriented toolpath ``u`` to the entry of ``v``.
+
+    ``points`` is float64 (2n, 2), the entry of each oriented toolpath. A negative ``v`` stands for the
+    end of the sequence and costs nothing. A negative ``u`` stands before the first toolpath: -1 costs
+    nothing, -2 forbids to begin with a flipped toolpath and -3 with one that is not.
+    """
+    if v < 0:
+        return 0.0
+    if u < 0:
+        return 0.0 if u == -1 or (v & 1) == -2 - u else FORBIDDEN
+    return direct_cost(parameters, points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1])

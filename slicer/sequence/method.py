@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,10 @@ class Options:
     def out_of_time(self) -> bool:
         """Whether the deadline has passed."""
         return self.deadline is not None and time.perf_counter() >= self.deadline
+
+    def starting_from(self, oriented: NDArray[np.int32]) -> "Options":
+        """The same options with another ``initial``."""
+        return replace(self, initial=oriented)
 
 
 @dataclass(frozen=True, eq=False)

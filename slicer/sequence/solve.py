@@ -6,12 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slicer.errors import SequenceError
+from slicer.sequence.beam import beam
+from slicer.sequence.exact import exact
 from slicer.sequence.greedy import greedy
+from slicer.sequence.local import local
 from slicer.sequence.method import Method, Options
 from slicer.sequence.problem import Problem
 from slicer.sequence.result import Result
 
-METHODS: dict[str, Method] = {"greedy": greedy}
+METHODS: dict[str, Method] = {"greedy": greedy, "exact": exact, "beam": beam, "local": local}
 
 
 def solve(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fields import closure, random_extension, relation, segment_sets
+from fields import closure, loose_segments, random_extension, relation, segment_sets
 from hypothesis import given, settings
 
 from slicer.errors import CrossingError, SlicerError
@@ -28,7 +28,7 @@ def reduction(order):
 
 
 @settings(max_examples=300, deadline=None)
-@given(segment_sets())
+@given(segment_sets() | loose_segments())
 def test_edges_are_exactly_the_covering_relation(segments):
     order = closure(relation(segments))
     assert not order.diagonal().any(), "the relation has a cycle"
@@ -51,7 +51,7 @@ def test_reference_instances_against_the_independent_scorer(name):
 
 
 @settings(max_examples=100, deadline=None)
-@given(segment_sets())
+@given(segment_sets() | loose_segments())
 def test_columns_are_the_components_of_overlapping_x_ranges(segments):
     column = columns(segments)
     n = len(segments)

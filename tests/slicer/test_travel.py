@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fields import blocked, random_extension, segment_sets, taut_length
+from fields import blocked, loose_segments, random_extension, segment_sets, taut_length
 from hypothesis import given, settings
 
 from slicer import travel
@@ -17,7 +17,7 @@ def legs(plan, k):
 
 
 @settings(max_examples=150, deadline=None)
-@given(segment_sets(max_n=40))
+@given(segment_sets(max_n=40) | loose_segments())
 def test_routes_are_the_taut_string_over_what_is_printed(segments):
     n = len(segments)
     random = np.random.default_rng(n)
@@ -38,7 +38,7 @@ def test_routes_are_the_taut_string_over_what_is_printed(segments):
 
 
 @settings(max_examples=50, deadline=None)
-@given(segment_sets(max_n=40))
+@given(segment_sets(max_n=40) | loose_segments())
 def test_clearance_lifts_a_route_and_leaves_straight_travels_alone(segments):
     n = len(segments)
     order = random_extension(np.random.default_rng(n), n, covering_edges(segments))
@@ -65,7 +65,12 @@ def test_a_wall_is_crossed_at_its_top():
 def test_what_is_covered_hides_a_wall():
     # The wall is passed over by the roof, so only the roof is in the way.
     segments = np.array(
-        [[[2.0, 0.0], [2.0, 1.0]], [[1.0, 2.0], [3.0, 2.0]], [[0.0, 0.0], [1.0, 0.0]], [[3.0, 0.0], [4.0, 0.0]]]
+        [
+            [[2.0, 0.0], [2.0, 1.0]],
+            [[1.0, 2.0], [3.0, 2.0]],
+            [[0.0, 0.0], [1.0, 0.0]],
+            [[3.0, 0.0], [4.0, 0.0]],
+        ]
     )
     plan = travel.plan(segments, [0, 1, 2, 3], [False] * 4)
     np.testing.assert_allclose(legs(plan, 3), [[1, 0], [1, 2], [3, 2], [3, 0]])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from vslice.options import profile_option, set_option
 from vslice.session import common, say
 
 MOST = 20
@@ -20,13 +21,8 @@ MOST = 20
     type=click.Path(path_type=Path),
     help="Also verify that each hatch line of this grid is printed exactly once.",
 )
-@click.option(
-    "-p", "--profile", "profile_name", default="marlin-generic", show_default=True, metavar="NAME|FILE.toml",
-    help="The machine: a shipped profile, or a file of your own.",
-)  # fmt: skip
-@click.option(
-    "--set", "overrides", multiple=True, metavar="SECTION.KEY=VALUE", help="Change one setting; repeatable."
-)
+@profile_option
+@set_option
 @click.option("--json", "as_json", is_flag=True, help="All violations as JSON on stdout.")
 @common
 def command(

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from vslice import output
+from vslice.options import not_onto_input, profile_option
 from vslice.session import common, say
 
 
@@ -32,10 +33,7 @@ from vslice.session import common, say
     help="Of a program: extrusion red and travel blue, or a ramp from the first toolpath to the last.",
 )
 @click.option("--dpi", default=150, show_default=True, help="Resolution of a PNG.")
-@click.option(
-    "-p", "--profile", "profile_name", default="marlin-generic", show_default=True, metavar="NAME|FILE.toml",
-    help="The machine that the program is for: its plane and valve.",
-)  # fmt: skip
+@profile_option
 @common
 def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profile_name: str) -> None:
     """Draw a grid or a G-code program.
@@ -48,6 +46,7 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
 
     if file_format not in preview.FORMATS:
         raise click.UsageError(f"{target}: a picture must end in .png, .svg or .pdf, not '{target.suffix}'.")
+    not_onto_input(file, target)
     if _is_grid(file):
         from slicer import grid
 

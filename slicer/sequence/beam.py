@@ -1,0 +1,78 @@
+"""Beam search over down-sets, guided by the column-pair bound.
+
+The bound is raised for a while, then a layered search keeps the most promising nodes of each layer. A first,
+narrow search gives the ascent a cost to aim at. Where the columns have too many down-sets, the search stays
+in a corridor around the incumbent, and is repeated around what it finds.
+"""
+
+import numpy as np
+
+from slicer.sequence.corridor import widest_corridor
+from slicer.sequence.descend import descend
+from slicer.sequence.incumbent import Incumbent
+from slicer.sequence.ledger import Ledger, raise_bound
+from slicer.sequence.method import Found, Options
+from slicer.sequence.pair_bound import PairBound
+from slicer.sequence.problem import Problem
+from slicer.sequence.section import Section
+
+ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
+"""How large the bound may be: what one evaluation looks at, for each toolpath."""
+PASSES = {
+    "quick": ((10, 50), (20, 100)),
+    "default": ((10, 50), (30, 1_000)),
+    "high": ((10, 50), (40, 1_000), (100, 5_000)),
+}
+"""Steps of the bound, and the width of the search after them."""
+MOST_CORRIDORS = 4
+
+
+def beam(problem: Problem, options: Options) -> Found:
+    """The best sequence that beam search finds; never worse than ``options.initial``."""
+    if problem.n == 0:
+        return Found(np.empty(0, np.int32))
+    incumbent = Incumbent(problem, options)
+    ledger = Ledger(0)
+    stopped, complete = False, False
+    try:
+        for _ in range(MOST_CORRIDORS):
+            before = incumbent.cost
+            complete = _search_corridor(problem, options, incumbent, ledger)
+            if complete or incumbent.cost >= before or options.out_of_time():
+                break
+        stopped = options.out_of_time() and not incumbent.proved
+    except KeyboardInterrupt:
+        stopped = True
+    return Found(
+        incumbent.oriented,
+        ledger.nodes,
+        ledger.generated,
+        incumbent.lower_bound if options.objective.name == "straight" and complete else None,
+        stopped,
+    )
+
+
+def _search_corridor(problem: Problem, options: Options, incumbent: Incumbent, ledger: Ledger) -> bool:
+    """All passes over the states around the incumbent; whether those were all states there are."""
+    section = Section.whole(problem, options.objective)
+    corridor = widest_corridor(
+        section, incumbent.oriented >> 1, max(problem.n, 100) * ARCS_PER_TOOLPATH[options.effort]
+    )
+    if corridor is None:
+        return False
+    bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
+    for steps, width in PASSES[options.effort]:
+        raise_bound(bound, incumbent, ledger, steps, options, complete=corridor.complete)
+        if bound.bound >= incumbent.cost or options.out_of_time():
+            break
+        bound.strike(incumbent.cost)
+        bound.settle()
+        found = descend(bound, incumbent.cost, width, options)
+        ledger.add(found)
+        incumbent.offer(found.oriented)
+        if corridor.complete and found.finished:
+            incumbent.raise_bound(found.lower_bound)
+        incumbent.report("search", bounded=corridor.complete)
+        if found.lower_bound >= incumbent.cost or not found.finished:
+            break
+    return corridor.complete

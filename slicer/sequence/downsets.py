@@ -1,0 +1,265 @@
+"""The down-sets of each column: what can be printed of it at a moment, and what can come next.
+
+A down-set holds, with every toolpath, all that lies below it. Columns do not constrain each other, so
+what is printed of a sheet is one down-set of each column. The toolpath of a column that was printed last
+is a maximal element of its down-set: nothing above it is printed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel, kernel
+from slicer.sequence.section import NONE, Section
+
+UNLIMITED = int(np.iinfo(np.int32).max)
+WIDEST_CORRIDOR = 8
+
+
+@dataclass(frozen=True, eq=False)
+class DownSets:
+    """The down-sets of all columns, numbered through; a smaller down-set has a smaller number.
+
+    Attributes:
+        start: int32 (c + 1,); column c has the down-sets start[c] (empty) .. start[c + 1] - 1 (all).
+        step_start: int32 (d + 1,), the steps from down-set i are step_start[i] .. step_start[i + 1] - 1.
+        step_path, step_to, step_slot: int32, the toolpath that a step prints, the down-set it leads to,
+            and its place among the maximal elements of that one.
+        top_start, top_path: int32, the maximal elements of each down-set, in the same form.
+        local: int32 (n,), the number of each toolpath in its column.
+        size: int32 (c,), the number of toolpaths in each column.
+        corridor: int32 (c,); ``UNLIMITED`` where all down-sets are there. Otherwise only those that
+            differ from a prefix of the guiding order by at most so many toolpaths.
+    """
+
+    start: NDArray[np.int32]
+    step_start: NDArray[np.int32]
+    step_path: NDArray[np.int32]
+    step_to: NDArray[np.int32]
+    step_slot: NDArray[np.int32]
+    top_start: NDArray[np.int32]
+    top_path: NDArray[np.int32]
+    local: NDArray[np.int32]
+    size: NDArray[np.int32]
+    corridor: NDArray[np.int32]
+
+    @property
+    def complete(self) -> bool:
+        """Whether no down-set was left out, so that bounds hold and searches can prove."""
+        return bool((self.corridor == UNLIMITED).all())
+
+    @property
+    def count(self) -> NDArray[np.int64]:
+        """int64 (c,), the number of down-sets of each column."""
+        return np.diff(self.start).astype(np.int64)
+
+
+def down_sets(section: Section, limit: int, guide: NDArray[np.int32] | None = None) -> DownSets:
+    """Enumerate the down-sets of each column.
+
+    Down-sets of the first toolpath's column that lack it, and those that hold a fixed last toolpath
+    without all others of its column, are left out. A column with more than ``limit`` of them is thinned
+    to a corridor around a guiding order (Sniedovich and Voß, "The corridor method: a dynamic programming
+    inspired metaheuristic", Control and Cybernetics 35, 2006): the widest of a few that fits. The guiding
+    order itself always stays possible.
+
+    Args:
+        section: what is to be ordered.
+        limit: the most down-sets of one column, before its corridor narrows.
+        guide: int32 (n,), a printable order of toolpaths that begins and ends as the section must; None
+            for any such order.
+    """
+    n, columns = section.n, section.columns
+    rank = np.empty(n, np.int32)
+    rank[any_order(section) if guide is None else guide] = np.arange(n, dtype=np.int32)
+    by_column = np.lexsort((rank, section.column)).astype(np.int32)
+    begin = np.searchsorted(section.column[by_column], np.arange(columns + 1))
+    local = np.empty(n, np.int32)
+    local[by_column] = np.arange(n) - begin[section.column[by_column]]
+    first = section.first
+    last = section.last >> 1 if section.last != NONE else NONE
+    sets, moves, tops = [0], 0, 0
+    parts: list[tuple[NDArray[np.int32], ...]] = []
+    corridor = np.full(columns, UNLIMITED, np.int32)
+    for c in range(columns):
+        paths = by_column[begin[c] : begin[c + 1]]
+        ends = [int(local[s]) if s != NONE and section.column[s] == c else NONE for s in (first, last)]
+        for width in (UNLIMITED, *range(WIDEST_CORRIDOR, -1, -1)):
+            member, step_start, step = _column(
+                paths, local, section.pred_start, section.pred, ends[0], ends[1], width, limit
+            )
+            if len(member):
+                corridor[c] = width
+                break
+        top_start, top_path, slot = _tops(
+            paths, local, section.pred_start, section.pred, member, step_start, step
+        )
+        parts.append(
+            (step_start[:-1] + moves, step[0], step[1] + sets[-1], slot, top_start[:-1] + tops, top_path)
+        )
+        moves, tops = moves + step.shape[1], tops + len(top_path)
+        sets.append(sets[-1] + len(member))
+    empty = np.empty(0, np.int32)
+    joined = [np.concatenate([part[k] for part in parts] or [empty]).astype(np.int32) for k in range(6)]
+    return DownSets(
+        np.array(sets, np.int32),
+        np.append(joined[0], np.int32(moves)),
+        joined[1],
+        joined[2],
+        joined[3],
+        np.append(joined[4], np.int32(tops)),
+        joined[5],
+        local,
+        np.diff(begin).astype(np.int32),
+        corridor,
+    )
+
+
+def any_order(section: Section) -> NDArray[np.int32]:
+    """int32 (n,), some printable order of toolpaths that begins and ends where the section must."""
+    first = section.first
+    last = section.last >> 1 if section.last != NONE else NONE
+    missing = np.diff(section.pred_start)
+    ready = [int(s) for s in np.flatnonzero(missing == 0)[::-1] if s not in (first, last)]
+    if first != NONE:
+        ready.append(first)
+    order: list[int] = []
+    while ready:
+        s = ready.pop()
+        order.append(s)
+        for t in section.succ[section.succ_start[s] : section.succ_start[s + 1]]:
+            missing[t] -= 1
+            if missing[t] == 0 and t != last:
+                ready.append(int(t))
+    if last not in (NONE, first):
+        order.append(last)
+    return np.array(order, np.int32)
+
+
+@kernel
+def _column(
+    paths: NDArray[np.int32],
+    local: NDArray[np.int32],
+    pred_start: NDArray[np.int32],
+    pred: NDArray[np.int32],
+    first: int,
+    last: int,
+    width: int,
+    limit: int,
+) -> tuple[NDArray[np.bool_], NDArray[np.int32], NDArray[np.int32]]:
+    """Down-sets of one column, breadth first: members (d, size), where steps start, and [path, to] (2, s).
+
+    ``paths`` is in the order of the guide, so that a down-set of m toolpaths leaves the corridor by as
+    many as it has members from place m on. No rows at all mean that there are more than ``limit``.
+    """
+    size = len(paths)
+    # A corridor of width 0 is one chain, and must fit whatever the limit is.
+    most = max(limit, size + 1)
+    capacity = min(most, 4 * size + 4)
+    member = np.zeros((capacity, size), np.bool_)
+    key = np.zeros(capacity, np.uint64)
+    step_start = np.zeros(capacity + 1, np.int32)
+    step = np.empty((2, 2 * capacity), np.int32)
+    table = np.full(2 * most, -1, np.int32)
+    count, begin, moves = 1, 0, 0
+    for m in range(size):
+        end = count
+        for i in range(begin, end):
+            beyond = np.count_nonzero(member[i, m + 1 :])
+            for t in range(size):
+                s = paths[t]
+                if member[i, t] or (t == last and m < size - 1) or (m == 0 and first >= 0 and t != first):
+                    continue
+                if beyond + (t > m) > width:
+                    continue
+                printable = True
+                for e in range(pred_start[s], pred_start[s + 1]):
+                    printable &= member[i, local[pred[e]]]
+                if not printable:
+                    continue
+                hashed = key[i] ^ scrambled(t + 1)
+                place = int(hashed >> np.uint64(32)) % len(table)
+                # Down-sets of earlier layers may still be in the table: their places count as free.
+                while table[place] >= end and not (
+                    key[table[place]] == hashed and _adds(member, table[place], i, t)
+                ):
+                    place = (place + 1) % len(table)
+                to = table[place]
+                if to < end:
+                    if count == most:
+                        return member[:0], step_start[:1], step[:, :0]
+                    if count == len(member):
+                        member = np.concatenate((member, np.zeros_like(member)))
+                        key = np.concatenate((key, key))
+                        step_start = np.concatenate((step_start, step_start))
+                    to = count
+                    count += 1
+                    table[place] = to
+                    key[to] = hashed
+                    member[to] = member[i]
+                    member[to, t] = True
+                if moves == step.shape[1]:
+                    step = np.concatenate((step, step), axis=1)
+                step[0, moves], step[1, moves] = s, to
+                moves += 1
+            step_start[i + 1] = moves
+        begin = end
+    step_start[count] = moves
+    return member[:count].copy(), step_start[: count + 1].copy(), step[:, :moves].copy()
+
+
+@bare_kernel
+def _adds(member: NDArray[np.bool_], to: int, base: int, path: int) -> bool:
+    """Whether down-set ``to`` is down-set ``base`` with ``path`` added."""
+    if not member[to, path]:
+        return False
+    differs = False
+    for t in range(member.shape[1]):
+        differs |= member[to, t] != member[base, t] and t != path
+    return not differs
+
+
+@bare_kernel
+def scrambled(number: int) -> np.uint64:
+    """A well mixed 64-bit number (Steele et al., "Fast splittable pseudorandom number generators", 2014)."""
+    z = np.uint64(number) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
+
+
+@kernel
+def _tops(
+    paths: NDArray[np.int32],
+    local: NDArray[np.int32],
+    pred_start: NDArray[np.int32],
+    pred: NDArray[np.int32],
+    member: NDArray[np.bool_],
+    step_start: NDArray[np.int32],
+    step: NDArray[np.int32],
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """The maximal elements of each down-set, and for each step the place of its toolpath among them."""
+    count, size = member.shape
+    top_start = np.zeros(count + 1, np.int32)
+    top_path = np.empty(4 * count + size, np.int32)
+    place = np.full((count, size), -1, np.int16)
+    for i in range(count):
+        covered = np.zeros(size, np.bool_)
+        for t in range(size):
+            if member[i, t]:
+                for e in range(pred_start[paths[t]], pred_start[paths[t] + 1]):
+                    covered[local[pred[e]]] = True
+        k = top_start[i]
+        if k + size > len(top_path):
+            top_path = np.concatenate((top_path, top_path))
+        for t in range(size):
+            if member[i, t] and not covered[t]:
+                top_path[k] = paths[t]
+                place[i, t] = k - top_start[i]
+                k += 1
+        top_start[i + 1] = k
+    slot = np.empty(step.shape[1], np.int32)
+    for e in range(step.shape[1]):
+        slot[e] = place[step[1, e], local[step[0, e]]]
+    return top_start, top_path[: top_start[count]].copy(), slot

@@ -1,0 +1,219 @@
+"""The check accepts what is right, and finds and names every kind of damage."""
+
+import re
+
+import numpy as np
+import pytest
+from fields import grids
+from hypothesis import assume, given, settings
+from making import make_grid, make_lines, read_lines
+
+import profiles
+from gcode.check import check
+from slicer.hatch import hatch
+
+PROFILES = ["marlin-generic", "marlin-syringe", "marlin-pneumatic"]
+SHEET = make_grid([[-45, -20], [30, 80]], spacing=0.2)
+
+
+def violations(lines, profile="marlin-generic", grid=None, *settings):
+    loaded = profiles.load(profile, settings)
+    return check(read_lines(lines, loaded.machine.plane), loaded, grid).violations
+
+
+def kinds(found):
+    return {violation.kind for violation in found}
+
+
+@settings(max_examples=60, deadline=None)
+@given(grids())
+@pytest.mark.parametrize("profile", PROFILES)
+def test_every_sheet_passes(profile, sheet):
+    assume(len(hatch(sheet).segments))
+    assert violations(make_lines(sheet, profile), profile, sheet) == []
+
+
+def test_the_other_plane_passes_too():
+    lines = make_lines(SHEET, "marlin-generic", 'machine.plane="YZ"')
+    assert violations(lines, "marlin-generic", SHEET, 'machine.plane="YZ"') == []
+    assert "plane" in kinds(violations(lines, "marlin-generic", SHEET))
+
+
+def test_a_foreign_program_without_our_comments_passes():
+    lines = [line.lower() for line in make_lines(SHEET) if not line.startswith(";")]
+    assert violations(lines, "marlin-generic", SHEET) == []
+
+
+def test_firmware_retraction_and_extra_prime_pass():
+    for setting in ("motion.firmware_retraction=true", "motion.retract_extra_mm=0.2"):
+        lines = make_lines(make_grid([[-45, None, None, -45]]), "marlin-generic", setting)
+        assert violations(lines, "marlin-generic", None, setting) == []
+
+
+def toolpath_blocks(lines):
+    """(head, the lines of each toolpath, tail)."""
+    at = [k for k, line in enumerate(lines) if line.startswith(";TOOLPATH")]
+    end = max(k for k, line in enumerate(lines) if line == ";TYPE:CUSTOM")
+    bounds = [*at, end]
+    return lines[: at[0]], [lines[a:b] for a, b in zip(bounds, bounds[1:], strict=False)], lines[end:]
+
+
+def extrusion(lines, nth=5):
+    return [
+        k
+        for k, line in enumerate(lines)
+        if line.startswith("G1 ") and "E" in line and re.search("[XZ]", line)
+    ][nth]
+
+
+def absolute(lines):
+    """The same program with X and Z in every movement, so that lines can change places."""
+    at, out = {}, []
+    for line in lines:
+        words = line.split()
+        if words and words[0] in ("G0", "G1") and any(word[0] in "XZ" for word in words[1:]):
+            at |= {word[0]: word for word in words[1:] if word[0] in "XYZ"}
+            rest = [word for word in words[1:] if word[0] not in "XYZ"]
+            line = " ".join([words[0], *(at[axis] for axis in "XZ" if axis in at), *rest])
+        out.append(line)
+    return out
+
+
+def swapped(lines):
+    """Upside down: the toolpaths of the program from the last to the first."""
+    head, blocks, tail = toolpath_blocks(absolute(lines))
+    return [*head, *(line for block in reversed(blocks) for line in block), *tail]
+
+
+def without_one(lines):
+    head, blocks, tail = toolpath_blocks(absolute(lines))
+    extrudes = [k for k, line in enumerate(blocks[7]) if line.startswith("G1 X")]
+    blocks[7] = [
+        line.replace("G1", "G0").split(" E")[0] if k in extrudes else line for k, line in enumerate(blocks[7])
+    ]
+    return [*head, *(line for block in blocks for line in block), *tail]
+
+
+def twice(lines):
+    head, blocks, tail = toolpath_blocks(absolute(lines))
+    back = absolute([*head, *blocks[0]])[-1]
+    start = next(line for line in reversed(absolute(head)) if line.startswith("G0") and "X" in line)
+    return [*head, *blocks[0], start, back, *(line for block in blocks[1:] for line in block), *tail]
+
+
+def edited(change, nth=5):
+    def damage(lines):
+        k = extrusion(lines, nth)
+        return [*lines[:k], *change(lines[k]), *lines[k + 1 :]]
+
+    return damage
+
+
+def through_the_print(lines):
+    """After the last toolpath, straight through the whole sheet from side to side at half height."""
+    return [*lines[:-6], "G0 X9.000 Z1.000 F600", "G0 X13.000 Z1.000", *lines[-6:]]
+
+
+DAMAGE = {
+    "upside down": (swapped, "printability", r"extrusion to \(.*\) passes \d\.\d+ mm below what line \d+ printed, at"),
+    "travel through material": (through_the_print, "collision", r"travel to \(13.000, 1.000\) passes \d\.\d+ mm below"),
+    "left out": (without_one, "missing", r"tile \(\d, \d\): its hatch line from .* is not printed"),
+    "printed twice": (twice, "twice", r"a hatch line of tile \(0, 0\) that is printed by another line too"),
+    "moved aside": (edited(lambda l: [re.sub(r"X(\S+)", lambda m: f"X{float(m[1]) + 0.05:.3f}", l)]), "stray", "is no hatch line"),
+    "outside": (edited(lambda l: [re.sub(r"X\S+", "X230.000", l)]), "volume", "X 230.000 is outside the build volume, 0 to 220 mm"),
+    "below the bed": (edited(lambda l: [re.sub(r"Z\S+", "Z-0.500", l)]), "volume", "Z -0.500 is outside the build volume"),
+    "too fast": (edited(lambda l: [re.sub(r" F\S+|$", " F9000", l, count=1)]), "speed", "Z would move at .* its limit is 10"),
+    "too much": (edited(lambda l: [re.sub(r"E(\S+)", lambda m: f"E{1.1 * float(m[1]):.5f}", l)]), "flow", "per mm, others"),
+    "too little": (edited(lambda l: [re.sub(r"E(\S+)", lambda m: f"E{0.9 * float(m[1]):.5f}", l)]), "flow", "per mm, others"),
+    "rapid that extrudes": (edited(lambda l: [l.replace("G1", "G0")]), "leak", "extrudes .* while travelling"),
+    "drawn back": (edited(lambda l: ["G1 E-2.00000 F1800", l]), "flow", "extrudes while the feed is drawn back by 2.0"),
+    "blob": (edited(lambda l: ["G1 E0.50000 F1800", l]), "leak", "feeds 0.50000 mm more than was drawn back"),
+    "out of the plane": (edited(lambda l: [l + " Y111.000"]), "plane", "leaves the plane of the sheet by 1.000 mm"),
+    "all too thick": (lambda ls: [re.sub(r"(G1 .*)E(\d\S*)", lambda m: f"{m[1]}E{1.5 * float(m[2]):.5f}", l) for l in ls], "flow", "the profile's bead needs"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_every_kind_of_damage_is_found_and_named(name):
+    damage, kind, says = DAMAGE[name]
+    lines = make_lines(SHEET)
+    damaged = damage(lines)
+    assert damaged != lines
+    found = [
+        violation for violation in violations(damaged, "marlin-generic", SHEET) if violation.kind == kind
+    ]
+    assert found, f"only {kinds(violations(damaged, 'marlin-generic', SHEET))}"
+    assert re.search(says, found[0].message)
+    assert all((violation.line == 0) == (kind == "missing") for violation in found)
+
+
+@pytest.mark.parametrize(
+    ("damage", "kind"),
+    [
+        (
+            lambda ls: [line for k, line in enumerate(ls) if not (line == "M107" and k > 40 and k < 60)],
+            "leak",
+        ),
+        (lambda ls: ["M106 S250" if line == "M106 S255" else line for line in ls], "missing"),
+    ],
+    ids=["valve stays open", "valve never opens"],
+)
+def test_valves(damage, kind):
+    lines = make_lines(SHEET, "marlin-pneumatic")
+    assert violations(lines, "marlin-pneumatic", SHEET) == []
+    assert kind in kinds(violations(damage(lines), "marlin-pneumatic", SHEET))
+
+
+def test_a_violation_names_the_line_that_an_editor_shows():
+    lines = make_lines(SHEET)
+    k = extrusion(lines)
+    lines[k] = re.sub(r"X\S+", "X230.000", lines[k])
+    outside = [violation for violation in violations(lines) if violation.kind == "volume"]
+    assert [violation.line for violation in outside] == [k + 1]
+    assert str(outside[0]).startswith(f"line {k + 1}: volume: X 230.000")
+
+
+def test_lines_may_be_drawn_in_several_straight_movements():
+    lines = ["G92 X0 Y110 Z0", "M83", "G0 X10 Z0.05 F600"]
+    lines += ["G1 X10.5 E0.02", "G1 X11 E0.02"]
+    sheet = make_grid([[0]], spacing=0.6, tile=(1.0, 1.0))
+    found = violations(lines, "marlin-generic", sheet, "machine.offset_mm=10.0")
+    assert kinds(found) == set()
+
+
+def test_two_hatch_lines_that_meet_end_to_end_are_two():
+    """Tiles whose lines go on in the next tile: neither is missing, neither is twice."""
+    sheet = make_grid([[0, 0]], spacing=0.3)
+    assert violations(make_lines(sheet), "marlin-generic", sheet) == []
+
+
+@pytest.mark.parametrize("with_grid", [True, False])
+def test_uprights_of_one_x_are_printed_from_below(with_grid):
+    sheet = make_grid([[90], [90]])
+    grid = sheet if with_grid else None
+    assert violations(make_lines(sheet), "marlin-generic", grid) == []
+    assert "printability" in kinds(violations(swapped(make_lines(sheet)), "marlin-generic", grid))
+
+
+def test_an_order_that_rounding_hides_is_seen_with_the_grid():
+    """Lines that lean by less than the last decimal: only the grid tells that one is above the other."""
+    sheet = make_grid([[89.98], [89.98]], spacing=0.3)
+    lines = make_lines(sheet)
+    assert violations(lines, "marlin-generic", sheet) == []
+    found = violations(swapped(lines), "marlin-generic", sheet)
+    assert any("the hatch line that it prints" in violation.message for violation in found)
+
+
+def test_the_report_counts_what_it_saw():
+    profile = profiles.load("marlin-generic")
+    lines = make_lines(SHEET)
+    report = check(read_lines(lines), profile)
+    lengths = np.hypot(*(hatch(SHEET).segments[:, 1] - hatch(SHEET).segments[:, 0]).T)
+    assert report.extrusions == len(lengths)
+    assert report.printed_mm == pytest.approx(lengths.sum(), abs=0.001 * len(lengths))
+    assert report.travel_mm > 0
+
+
+def test_an_empty_program_has_nothing_wrong_but_prints_nothing():
+    assert violations(["; nothing"]) == []
+    assert kinds(violations(["; nothing"], "marlin-generic", SHEET)) == {"missing"}

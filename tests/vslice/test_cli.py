@@ -1,0 +1,302 @@
+"""The commands as a user runs them: what they write, what they say, how they end."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+import vslice.cli
+from slicer import grid
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
+PROFILES = ["marlin-generic", "marlin-syringe", "marlin-pneumatic"]
+ONE_TILE = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
+
+
+@pytest.fixture
+def run(capsysbinary, monkeypatch, tmp_path):
+    """Run a command line in an empty folder: (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words):
+        with pytest.raises(SystemExit) as ended:
+            vslice.cli.main([str(word) for word in words])
+        out, err = capsysbinary.readouterr()
+        return ended.value.code, out.decode(), err.decode()
+
+    return call
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_real_tissue_is_sliced_and_passes_the_check(run, example, profile):
+    code, out, err = run(example, "-o", "part.gcode", "-p", profile)
+    assert (code, out) == (0, "")
+    n = int(re.search(r"toolpaths +(\d+)", err)[1])
+    straight, routed = (
+        float(re.search(rf"{name} +([\d.]+) mm", err)[1]) for name in ("travel J", "routed travel")
+    )
+    assert routed >= straight
+    code, out, err = run("check", "part.gcode", "--grid", example, "-p", profile)
+    assert (code, out) == (0, "")
+    assert f"no violations in {n} extrusions" in err
+
+
+def test_the_table_says_what_the_head_of_the_program_says(run):
+    _, out, err = run(EXAMPLES[0], "-o", "-")
+    head = dict(re.findall(r"^; vslice (\w+) = (.*)$", out, re.M))
+    assert head["toolpaths"] in re.search(r"toolpaths +(\d+)", err)[1]
+    assert head["travel_straight_mm"] in err
+    assert head["travel_routed_mm"] in err
+    assert re.search(r"saved +\d+\.\d% of the [\d.]+ mm in file order, by " + head["method"], err)
+
+
+def test_the_program_goes_beside_the_grid_to_a_file_or_to_stdout(run, tmp_path):
+    Path("sheet.json").write_text(ONE_TILE)
+    assert run("sheet.json")[0] == 0
+    beside = Path("sheet.gcode").read_text()
+    assert run("slice", "sheet.json", "-o", "other.gcode")[0] == 0
+    code, out, _ = run("-q", "sheet.json", "-o", "-")
+    assert code == 0
+    assert beside == Path("other.gcode").read_text() == out
+
+
+def test_words_may_come_in_any_order(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    assert run("-o", "a.gcode", "sheet.json")[0] == 0
+    assert run("slice", "-q", "-o", "b.gcode", "--seed", "3", "sheet.json")[2] == ""
+    assert Path("a.gcode").exists()
+    assert Path("b.gcode").exists()
+
+
+def test_the_same_input_gives_the_same_bytes(run):
+    first, second = (run("-q", EXAMPLES[1], "-o", "-")[1] for _ in range(2))
+    assert first == second
+
+
+def test_settings_change_the_program(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    _, out, _ = run(
+        "sheet.json", "-o", "-", "--set", "machine.plane=YZ", "--set", "motion.print_speed_mm_s=5"
+    )
+    assert re.search(r"^G1 Y\S+ Z\S+ E\S+ F300$", out, re.M)
+    assert "; vslice settings = machine.plane=YZ motion.print_speed_mm_s=5" in out
+
+
+def test_a_free_start_is_no_worse(run):
+    corner, free = (
+        float(re.search(r"travel J +([\d.]+)", run(EXAMPLES[2], "-o", "-", "--start", start)[2])[1])
+        for start in ("corner", "free")
+    )
+    assert free <= corner
+
+
+MISTAKES = [
+    (["slcie", "x"], 2, "There is no command 'slcie', and no file of that name. Did you mean 'slice'?"),
+    (["missing.json"], 2, "missing.json: there is no such file"),
+    (["missing"], 2, "There is no command 'missing', and no file of that name."),
+    (["slice"], 2, "Missing argument 'GRID.json'"),
+    (["bad.json"], 2, "bad.json: line 1, column 1: this is no JSON"),
+    (["sheet.json", "-p", "marlin-genric"], 2, "Did you mean 'marlin-generic'?"),
+    (["sheet.json", "--set", "motion.speed=3"], 2, "[motion] unknown key 'speed'"),
+    (["sheet.json", "--set", "machine.offset_mm=900.0"], 1, "tile (0, 0), toolpath 0: X 900"),
+    (["sheet.json", "--method", "gredy"], 2, "there is no method 'gredy'"),
+    (["sheet.json", "-o", "sheet.json"], 2, "sheet.json is the input itself; name another file with -o."),
+    (["sheet.json", "--fast"], 2, "No such option '--fast'"),
+    (["empty.json"], 1, "empty.json: no toolpath is left of it: all tiles are empty."),
+    (["sheet.json", "-o", "nowhere/part.gcode"], 1, "nowhere"),
+    (["check", "missing.gcode"], 2, "missing.gcode: there is no such file"),
+    (["check", "bad.json"], 2, "bad.json: line 1: '?' is no G-code command"),
+    (["preview", "sheet.json", "-o", "sheet.bmp"], 2, "a picture must end in .png, .svg or .pdf, not '.bmp'"),
+    (["preview", "missing.json"], 1, "missing.json: there is no such file"),
+    (["preview", "nothing.gcode"], 1, "nothing is extruded in it"),
+    (["generate", "--cols", "0"], 1, "0 columns and 4 rows: both must be at least 1"),
+    (["profiles", "show", "marlin-genric"], 2, "Did you mean 'marlin-generic'?"),
+]
+
+
+@pytest.mark.parametrize(
+    ("words", "exit_code", "says"), MISTAKES, ids=[" ".join(case[0]) for case in MISTAKES]
+)
+def test_every_mistake_ends_with_its_code_and_a_sentence(run, tmp_path, words, exit_code, says):
+    Path("sheet.json").write_text(ONE_TILE)
+    Path("bad.json").write_text("?")
+    Path("nothing.gcode").write_text("; nothing\n")
+    Path("empty.json").write_text('{"tile_mm": 1, "spacing_mm": 0.1, "angles_deg": [[null]]}')
+    before = sorted(tmp_path.iterdir())
+    code, out, err = run(*words)
+    assert (code, out) == (exit_code, "")
+    assert says in err
+    assert "Traceback" not in err
+    assert sorted(tmp_path.iterdir()) == before, "something was left behind"
+
+
+def test_a_traceback_comes_when_asked_for(run):
+    assert "Traceback" in run("missing.json", "-vv")[2]
+    assert "Traceback" in run("-vv", "missing.json")[2]
+    assert "Traceback" not in run("missing.json", "-v")[2]
+
+
+def test_a_failure_leaves_the_old_program_alone(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    Path("part.gcode").write_text("old")
+    assert run("sheet.json", "-o", "part.gcode", "--set", "machine.offset_mm=900.0")[0] == 1
+    assert Path("part.gcode").read_text() == "old"
+
+
+def test_a_failure_while_writing_leaves_the_old_file_and_no_rest(tmp_path):
+    from vslice import output
+
+    def breaking():
+        yield b"half"
+        raise OSError("disk full")
+
+    target = tmp_path / "part.gcode"
+    target.write_text("old")
+    with pytest.raises(OSError, match="disk full"):
+        output.write(target, breaking())
+    assert [entry.name for entry in tmp_path.iterdir()] == ["part.gcode"]
+    assert target.read_text() == "old"
+
+
+def test_output_keeps_links_modes_and_devices(tmp_path):
+    from vslice import output
+
+    target, link = tmp_path / "real.gcode", tmp_path / "link.gcode"
+    target.write_text("old")
+    target.chmod(0o640)
+    link.symlink_to(target)
+    with target.open() as reader:
+        output.write(link, [b"new"])
+        assert reader.read() == "old", "the old file was written over, not replaced"
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+    assert target.stat().st_mode & 0o777 == 0o640
+    output.write(Path("/dev/null"), [b"gone"])
+    assert Path("/dev/null").is_char_device()
+
+
+def test_generate_writes_a_grid_that_slices(run):
+    code, out, _ = run("generate", "--cols", 3, "--rows", 2, "--seed", 7)
+    assert code == 0
+    sheet = grid.loads(out)
+    assert (sheet.cols, sheet.rows, sheet.angles_deg[0, 0]) == (3, 2, -45)
+    assert run("generate", "--cols", 3, "--rows", 2, "--seed", 7, "-o", "grid.json")[0] == 0
+    assert Path("grid.json").read_text() == out
+    assert run("grid.json")[0] == 0
+    changed = run("generate", "--low-deg", -80, "--start-deg", -70, "--tile-mm", 5, "--spacing-mm", 0.4)[1]
+    assert grid.loads(changed).tile_mm == (5, 5)
+
+
+def test_check_shows_twenty_counts_the_rest_and_speaks_json(run):
+    Path("sheet.json").write_text('{"tile_mm": 10, "spacing_mm": 0.25, "angles_deg": [[-45]]}')
+    Path("empty.gcode").write_text("G28\n")
+    code, out, _ = run("check", "empty.gcode", "--grid", "sheet.json")
+    assert code == 1
+    lines = out.splitlines()
+    assert len(lines) == 21
+    assert re.fullmatch(r"and \d+ more violations", lines[-1])
+    code, out, _ = run("check", "empty.gcode", "--grid", "sheet.json", "--json")
+    assert code == 1
+    found = json.loads(out)["violations"]
+    assert len(found) == 20 + int(lines[-1].split()[1])
+    assert {violation["kind"] for violation in found} == {"missing"}
+
+
+@pytest.mark.parametrize("name", ["grid.png", "grid.svg", "grid.pdf"])
+def test_preview_of_grids_and_programs(run, name):
+    Path("sheet.json").write_text(ONE_TILE)
+    run("-q", "sheet.json", "-o", "part.gcode")
+    for words in (
+        ["sheet.json"],
+        ["sheet.json", "--show", "toolpaths"],
+        ["part.gcode"],
+        ["part.gcode", "--color", "order"],
+    ):
+        assert run("preview", *words, "-o", name)[0] == 0
+        assert Path(name).stat().st_size > 1000
+    assert run("preview", "part.gcode")[0] == 0
+    assert Path("part.png").exists()
+
+
+def test_profiles_are_listed_shown_and_described(run, tmp_path):
+    _, out, _ = run("profiles")
+    assert [line.split()[0] for line in out.splitlines()] == [
+        "marlin-generic",
+        "marlin-pneumatic",
+        "marlin-syringe",
+    ]
+    for name in PROFILES:
+        _, shown, _ = run("profiles", "show", name)
+        assert "# Speed between toolpaths.\ntravel_speed_mm_s = " in shown
+        Path("copy.toml").write_text(shown)
+        import profiles
+
+        assert profiles.load("copy.toml") == profiles.load(name)
+    assert json.loads(run("profiles", "schema")[1])["title"] == "vslice profile"
+    assert json.loads(run("grid-schema")[1])["title"] == "vslice grid"
+
+
+def commands():
+    """Every command with the words that reach it."""
+    out = []
+    for name in vslice.cli.COMMANDS:
+        command = vslice.cli.cli.get_command(click.Context(vslice.cli.cli), name)
+        out.append(([name], command))
+        if isinstance(command, click.Group):
+            out += [([name, inner], command.commands[inner]) for inner in command.commands]
+    return out
+
+
+@pytest.mark.parametrize(("words", "command"), commands(), ids=[" ".join(words) for words, _ in commands()])
+def test_every_command_has_help_with_an_example_for_each_option(run, words, command):
+    code, out, _ = run(*words, "--help")
+    assert code == 0
+    assert f"Example: vslice {words[0]}" in out or words == ["slice"]
+    assert "Example: vslice" in out
+    for parameter in command.params:
+        if isinstance(parameter, click.Option):
+            assert parameter.help, f"{words}: {parameter.name} has no help"
+
+
+def test_help_says_each_command_once_and_version_works(run):
+    _, out, _ = run("--help")
+    for name, text in vslice.cli.COMMANDS.items():
+        assert re.search(rf"^  {name} +{re.escape(text.split()[0])}", out, re.M)
+    assert run("--version")[1] == f"vslice, version {vslice.__version__}\n"
+    assert run()[0] == 2  # without a command: the help, and wrong use
+
+
+@pytest.mark.parametrize("words", [["--help"], ["slice", "--help"], ["--version"], ["typo"]])
+def test_help_imports_nothing_heavy(words):
+    script = (
+        "import sys, vslice.cli\n"
+        "try:\n    vslice.cli.main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        "heavy = {'numba', 'matplotlib', 'shapely', 'numpy', 'pydantic', 'rich', 'serial'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", script, *words], check=True, capture_output=True)
+
+
+def test_slicing_imports_no_matplotlib():
+    script = (
+        "import sys, vslice.cli\n"
+        "try:\n    vslice.cli.main(sys.argv[1:])\nexcept SystemExit as end:\n    assert end.code == 0\n"
+        "assert 'matplotlib' not in sys.modules"
+    )
+    words = [sys.executable, "-c", script, str(EXAMPLES[0]), "-q", "-o", os.devnull]
+    subprocess.run(words, check=True, capture_output=True)
+
+
+def test_a_reader_that_goes_away_is_no_failure_of_ours():
+    script = "import vslice.cli, sys; vslice.cli.main(sys.argv[1:])"
+    words = [sys.executable, "-c", script, str(EXAMPLES[1]), "-q", "-o", "-"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.read(10)
+        process.stdout.close()
+        assert b"Traceback" not in process.stderr.read()
