@@ -87,12 +87,14 @@ def fault_of(command: str, highest_number: int) -> str | None:
 @dataclass(frozen=True, slots=True)
 class Ok:
     """The printer took one command. ``number``, ``planner``, ``buffer`` are N, P and B of ADVANCED_OK:
-    the line, the free planner blocks and the free command slots. ``readings`` are those of M105."""
+    the line, the free planner blocks and the free command slots. ``readings`` are those of M105, ``axes``
+    those of M114, which some firmwares put behind the ok."""
 
     number: int | None = None
     planner: int | None = None
     buffer: int | None = None
     readings: "dict[str, Reading] | None" = None
+    axes: dict[str, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +179,7 @@ RESEND = re.compile(r"(?:resend|rs)\s*:?\s*(?:N\s*:?\s*)?(-?\d{1,10})?(?![\d.])"
 HEATER = re.compile(r"\b(T\d?|B|C|P|R)\s*:\s*(-?\d{1,5}(?:\.\d*)?)(?:\s*/\s*(-?\d{1,5}(?:\.\d*)?))?")
 TEMPERATURE = re.compile(r"\s*(?:T\d?|B|C)\s*:\s*-?\d")
 POSITION = re.compile(r"\s*X:\s*-?\d+(?:\.\d*)?\s+Y:")
-AXIS = re.compile(r"\b([XYZEABCUVW]):\s*(-?\d{1,9}(?:\.\d{0,9})?)")
+AXIS = re.compile(r"\b([XYZEABCUVW]):\s*(-?\d{1,9}(?:\.\d{0,30})?)")
 BUSY = re.compile(r"(?:echo:\s*)?busy\b:?")
 CAPABILITY = re.compile(r"Cap:(\w+):([01])")
 ACTION = re.compile(r"//\s*action:\s*(\S+)\s*(.*)", re.DOTALL)
@@ -212,20 +214,25 @@ def parse_reply(line: bytes) -> Reply:
 def _ok(rest: str) -> Ok:
     if not rest.strip():
         return PLAIN_OK
-    if TEMPERATURE.match(rest):
-        return Ok(readings=_readings(rest))
-    told = {letter: int(digits) for letter, digits in ADVANCED.findall(rest)}
-    return Ok(told.get("N"), told.get("P"), told.get("B"))
+    head, colon, _ = rest.partition(":")
+    told = {letter: int(digits) for letter, digits in ADVANCED.findall(head)}
+    axes = _axes(rest) if colon and POSITION.search(rest) else None
+    readings = _readings(rest) if colon and not axes else None
+    return Ok(told.get("N"), told.get("P"), told.get("B"), readings or None, axes)
 
 
 def _report(text: str) -> Reply:
     if TEMPERATURE.match(text):
         return Temperature(_readings(text), waiting="W:" in text)
     if POSITION.match(text):
-        return Position({axis: float(value) for axis, value in AXIS.findall(text.split("Count")[0])})
+        return Position(_axes(text))
     if match := CAPABILITY.match(text):
         return Capability(match[1], match[2] == "1")
     return Other(text)
+
+
+def _axes(text: str) -> dict[str, float]:
+    return {axis: float(value) for axis, value in AXIS.findall(text.split("Count")[0])}
 
 
 def _readings(text: str) -> dict[str, Reading]:

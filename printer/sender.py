@@ -81,10 +81,13 @@ class Sender:
                 if readings is not None:  # the first mark: the printer counts from 0 now
                     self.state = State.RUN
                     self._take(1, now)
-            case Ok(number, _, buffer, readings):
+            case Ok(number, _, buffer, readings, axes):
+                self.position = axes or self.position
                 if readings is not None:
                     self.temperatures = readings
-                    if self.probe is not None or window.marks:
+                    if number is not None and number < window.sent:
+                        self._take(number, now)
+                    elif self.probe is not None or window.marks:
                         self._take(window.marks[0] if self.probe is None else self.probe, now)
                 elif number is not None and number < window.sent:
                     self.room, self.swallow = buffer or 0, False

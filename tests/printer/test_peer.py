@@ -26,6 +26,7 @@ PROGRAM = ["G91", "M83"] + [
     "M117 still" if k % 50 == 49 else f"G1 X{(k % 7) / 100:g} E{(k % 3) / 1000:g} F9000" for k in range(COUNT)
 ]
 SUM_X = sum((k % 7) / 100 for k in range(COUNT) if k % 50 != 49)
+SLOW = "F20"  # about 10 ms a move, as that printer counts time
 FIRST = 3  # lines 1 and 2 are the greeting's
 
 
@@ -46,10 +47,10 @@ def peer(**settings):
         process.communicate()
 
 
-def send(port, on_progress=None, **settings):
-    return stream(
-        [*PROGRAM, "M400", "M114"], port, Settings(boot_wait_s=1, **settings), on_progress=on_progress
-    )
+def send(port, on_progress=None, feed="F9000", **settings):
+    program = [line.replace("F9000", feed) for line in PROGRAM]
+    patience = {"boot_wait_s": 1, "give_up_after_s": 15, "stall_after_s": 15, **settings}
+    return stream([*program, "M400", "M114"], port, Settings(**patience), on_progress=on_progress)
 
 
 def number_of(index):
@@ -68,7 +69,7 @@ def number_of(index):
         # This one swallows the line that it asked for, and counts it as taken: here that is M117.
         ({"simulated_errors": [f"{number_of(101)}:resend_with_timeout"]}, True),
         ({"simulated_errors": [f"{number_of(100)}:resend"], "brokenResend": True}, True),
-        ({"resend_ratio": 41}, True),
+        ({"resend_ratio": 3}, True),
     ],
     ids=str,
 )
@@ -100,7 +101,7 @@ class At:
 )
 def test_survived(command):
     with peer() as (process, port):
-        report = send(port, At(process, 50, command))
+        report = send(port, At(process, 50, command), SLOW)
     assert report.state is State.FINISHED
     if command != "dont_answer":
         assert report.position["X"] == pytest.approx(SUM_X, abs=1e-6)
@@ -118,4 +119,4 @@ def test_survived(command):
 )
 def test_ends_with_its_reason(command, words):
     with peer() as (process, port), pytest.raises(StreamError, match=words):
-        send(port, At(process, 50, command), give_up_after_s=6)
+        send(port, At(process, 50, command), SLOW, give_up_after_s=6)

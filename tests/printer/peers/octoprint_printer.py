@@ -48,7 +48,9 @@ class Values:
 
 def main():
     folder = tempfile.mkdtemp(prefix="peer-")
-    values = {**VirtualPrinterPlugin().get_settings_defaults(), "simulated_errors": [], "throttle": 0.0}
+    # While its receive buffer is full it cannot answer an error either: give it a large one.
+    own = {"simulated_errors": [], "throttle": 0.0, "rxBuffer": 4096}
+    values = {**VirtualPrinterPlugin().get_settings_defaults(), **own}
     values.update(json.loads(sys.argv[1]))
     printer = VirtualPrinter(Values(values, folder), None, folder, read_timeout=0.05, write_timeout=10.0)
     ours, theirs = os.openpty()
