@@ -31,6 +31,7 @@ from printer.window import MARK, Window
 
 ALONE = frozenset({"M410"})  # a line that is sent before the ok of these is corrupted
 REPEATS = 25  # requests for one line, or for impossible ones, after which the job fails
+FAR = 100  # lines behind the acknowledged one; a Resend from further back is obeyed when it is repeated
 WARNINGS = ("unknown command", "cold extrusion", "too long extrusion", "not homed", "home first")
 
 
@@ -52,6 +53,7 @@ class Sender:
         self.swallow = False  # the next plain ok belongs to a Resend
         self.alone: int | None = None  # this line goes alone, until it is acknowledged
         self.asked, self.late, self.repeats = 0, 0, 0  # the last Resend, its echoes to come, its count
+        self.doubted = 0  # a Resend that was not believed when it came first
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
         self.begun = self.heard_at = self.progressed = self.polled = now
@@ -263,7 +265,7 @@ class Sender:
                 f"{self.window.top - 1} that were sent",
                 "Something damages each copy of that line: check the cable, the baud rate and the firmware.",
             )
-        elif number is not None and 1 <= number <= self.window.top:
+        elif number is not None and self._is_plausible(number):
             if self.probe is not None:
                 self.window.take(number - 1)  # after a silence, no ok of those is to be expected
             self.asked, self.late, self.probe = number, max(0, self.window.sent - number - 1), None
@@ -272,6 +274,14 @@ class Sender:
             self.polled = now - self.settings.poll_s  # a mark soon: the count of oks is in doubt
             self._alive(now)
         # else the number was damaged: its next repeat, or the probe, brings the true one
+
+    def _is_plausible(self, number: int) -> bool:
+        """Whether a Resend may be believed: a lost digit must not send half the job again."""
+        if not 1 <= number <= self.window.top:
+            return False
+        believed = number >= self.window.acked - FAR or number == self.doubted
+        self.doubted = number
+        return believed
 
     def _probe(self, now: float) -> None:
         """Break a silence: end a half line, and send a mark whose number was never used before.

@@ -28,6 +28,7 @@ class Window:
         self.bytes = 0  # in flight
         self.marks: deque[int] = deque()  # in flight and MARK
         self.resent = 0
+        self._furthest = 1  # one more than the highest number that was ever sent
         self._sizes: deque[int] = deque()  # bytes of each line in flight
         self._framed: tuple[int, str, bytes] = (0, "", b"")  # the line at ``sent``, until it is sent
         self._own: dict[int, str] = {}  # numbers that carry no line of the program
@@ -79,6 +80,10 @@ class Window:
     def send(self) -> bytes:
         """The line at ``sent`` is under way; gives it, framed."""
         command, data = self.next_line()
+        if self.sent < self._furthest:
+            self.resent += 1
+        else:
+            self._furthest = self.sent + 1
         if command == MARK:
             self.marks.append(self.sent)
         self._sizes.append(len(data))
@@ -100,7 +105,6 @@ class Window:
 
     def rewind(self, number: int) -> None:
         """Send everything from ``number`` again; what is before it has arrived."""
-        self.resent += max(0, self.sent - number)
         while self._sizes and self.sent > number:
             self.bytes -= self._sizes.pop()
             self.sent -= 1

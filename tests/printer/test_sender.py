@@ -143,6 +143,24 @@ def test_an_impossible_resend_is_not_obeyed_and_the_probe_finds_the_true_one(lin
     assert desk.hear(b"Resend: 4", b"ok") == framed(4, "G1 X1")
 
 
+def test_a_resend_with_a_lost_digit_does_not_send_half_the_job_again():
+    desk = Desk(["G21"] * 1000)
+    for _ in range(500):
+        desk.hear(b"ok")
+    acked = desk.sender.window.acked
+    assert desk.hear(b"Resend: 50", b"ok") == []  # 501 or so is meant
+    assert desk.sender.window.acked == acked
+    assert desk.hear(b"Resend: 50", b"ok") == framed(50, "G21")  # said twice, it is meant
+
+
+def test_only_lines_that_go_again_are_counted_as_resent():
+    desk = Desk()
+    desk.hear(b"Resend: 4", b"ok")
+    assert desk.sender.window.resent == 1
+    desk.hear(b"ok", b"ok", b"ok")
+    assert desk.sender.window.resent == 3
+
+
 def test_a_line_asked_for_without_end_fails_the_job():
     desk = Desk()
     for _ in range(4 * REPEATS + 4):
