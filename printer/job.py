@@ -184,7 +184,7 @@ class Job:
     def _tell(self, sender: Sender, now: float) -> None:
         if self.on_progress is None:
             return
-        messages = [sender.messages.popleft() for _ in range(len(sender.messages))]
+        messages = [sender.heard.messages.popleft() for _ in range(len(sender.heard.messages))]
         self.on_progress(
             Progress(
                 sender.state,
@@ -193,7 +193,7 @@ class Job:
                 sender.window.resent,
                 now - sender.begun,
                 sender.paused,
-                sender.temperatures,
+                sender.heard.temperatures,
                 tuple(messages),
             )
         )
@@ -206,12 +206,12 @@ class Job:
             len(self.program),
             sender.window.resent,
             now - sender.begun,
-            sender.longest_silence,
+            sender.heard.longest_silence,
             sender.message,
-            tuple(sender.warnings),
-            sender.rebooted,
-            sender.position,
-            dict(sender.capabilities),
+            tuple(sender.heard.warnings),
+            sender.heard.rebooted,
+            sender.heard.position,
+            dict(sender.heard.capabilities),
         )
 
 

@@ -8,16 +8,16 @@ right again, and the last one proves that all has arrived.
 from collections import deque
 from collections.abc import Iterable, Sequence
 
+from printer.heard import Heard
 from printer.protocol import (
     HELLO,
+    PLAIN_OK,
     Action,
     Busy,
-    Capability,
     Error,
     Ok,
     Other,
-    Position,
-    Reading,
+    Reply,
     Resend,
     Start,
     Temperature,
@@ -32,7 +32,6 @@ from printer.window import MARK, Window
 ALONE = frozenset({"M410"})  # a line that is sent before the ok of these is corrupted
 REPEATS = 25  # requests for one line, or for impossible ones, after which the job fails
 FAR = 100  # lines behind the acknowledged one; a Resend from further back is obeyed when it is repeated
-WARNINGS = ("unknown command", "cold extrusion", "too long extrusion", "not homed", "home first")
 
 
 class Sender:
@@ -56,15 +55,9 @@ class Sender:
         self.doubted = 0  # a Resend that was not believed when it came first
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
-        self.begun = self.heard_at = self.progressed = self.polled = now
+        self.begun = self.progressed = self.polled = now
         self.probes, self.probe_due = 0, now
-        self.longest_silence, self.heard = 0.0, b""
-        self.temperatures: dict[str, Reading] = {}
-        self.capabilities: dict[str, bool] = {}
-        self.position: dict[str, float] | None = None
-        self.rebooted = False
-        self.messages: deque[str] = deque(maxlen=100)  # for a display, which takes them away
-        self.warnings: list[str] = []
+        self.heard = Heard(now)
 
     # --- the transitions ---------------------------------------------------------------------------
 
@@ -72,21 +65,21 @@ class Sender:
         """Take what the printer said, line by line, and then send what fits."""
         for line in lines:
             if not self.state.final:
-                self._hear(line, now)
-                self._react(line, now)
+                self.heard.line(line, now)
+                self._react(parse_reply(line), now)
         self._fill(now)
 
-    def _react(self, line: bytes, now: float) -> None:
+    def _react(self, reply: Reply, now: float) -> None:
         window = self.window
-        match parse_reply(line):
+        if reply is not PLAIN_OK:
+            self.heard.note(reply)
+        match reply:
             case Ok(readings=readings) if self.state is State.HELLO:
                 if readings is not None:  # the first mark: the printer counts from 0 now
                     self.state = State.RUN
                     self._take(1, now)
-            case Ok(number, _, buffer, readings, axes):
-                self.position = axes or self.position
+            case Ok(number, _, buffer, readings):
                 if readings is not None:
-                    self.temperatures = readings
                     if number is not None and number < window.sent:
                         self._take(number, now)
                     elif self.probe is not None or window.marks:
@@ -107,31 +100,22 @@ class Sender:
             case Error(text):
                 self._fail(f"the printer stopped, in its own words: {text}", "Find the cause, then reset it.")
             case Start() if self.state in (State.BOOT, State.HELLO):
-                self.rebooted = True
                 self._greet(now)
             case Start():
                 self._fail("the printer was reset in the middle of the job", "It has forgotten its position.")
-            case Temperature(readings, waiting):
-                self.temperatures = readings
-                if waiting:
-                    self._alive(now)
-            case Busy():
+            case Busy() | Temperature(waiting=True):
                 self._alive(now)
-            case Action(name, argument):
-                self._obey(name, argument, now)
-            case Position(axes):
-                self.position = axes
-            case Capability(name, enabled):
-                self.capabilities[name] = enabled
+            case Action(name):
+                self._obey(name, now)
             case Other(text):
-                self._remember(text)
+                self.heard.remark(text)
 
     def tick(self, now: float) -> None:
         """Take the time: due at `deadline`, harmless earlier."""
         if self.state.final or now < self.deadline:
             return
-        settings, silence, stalled = self.settings, now - self.heard_at, now - self.progressed
-        self.longest_silence = max(self.longest_silence, silence)
+        settings, silence, stalled = self.settings, now - self.heard.at, now - self.progressed
+        self.heard.silent_until(now)
         if self.state is State.ABORT:
             self._end(State.KILLED, "halted with M112; the printer did not confirm it: switch it off")
         elif self.state is State.BOOT:
@@ -188,7 +172,7 @@ class Sender:
         if self.state is State.ABORT:
             return self.progressed + self.settings.probe_after_s
         if self.state is State.HELLO or self.window.waiting:
-            silence_ends = self.heard_at + self.settings.give_up_after_s
+            silence_ends = self.heard.at + self.settings.give_up_after_s
             return min(self.probe_due, silence_ends, self.progressed + self._patience)
         return self.polled + self.settings.poll_s
 
@@ -296,47 +280,32 @@ class Sender:
             self.window.send()
         self.output += b"\n" + data
         self.probe_due = now + self.settings.probe_after_s * (1 + self.probes)
-        self.messages.append(f"no answer for {now - self.progressed:.0f} s: asking the printer")
+        self.heard.messages.append(f"no answer for {now - self.progressed:.0f} s: asking the printer")
 
     def _greet(self, now: float) -> None:
         """Set the printer's counter to 0 and send line 1, a mark, whose answer tells that it worked."""
         if self.state is State.BOOT:
-            self.progressed = self.heard_at = now
+            self.progressed = self.heard.at = now
             self.window.assign(MARK)
         self.state, self.probe_due = State.HELLO, now + self.settings.probe_after_s
         self.output += b"\n" + HELLO + frame(1, MARK)
 
-    def _obey(self, name: str, argument: str, now: float) -> None:
+    def _obey(self, name: str, now: float) -> None:
+        """Host actions; any other is only shown."""
         if name in ("pause", "paused", "resume", "resumed"):
             self.paused = name.startswith("pause")
-            self.messages.append(f"the printer asks the host to {name}")
         elif name == "cancel":
             self.cancel(now)
-        elif argument:
-            self.messages.append(f"{name.replace('_', ' ')}: {argument}")
-
-    def _remember(self, text: str) -> None:
-        low = text.lower()
-        if any(words in low for words in WARNINGS):
-            self.messages.append(text)
-            if len(self.warnings) < 1000:
-                self.warnings.append(text)
 
     def _alive(self, now: float) -> None:
         self.progressed, self.probes = now, 0
         self.probe_due = now + self.settings.probe_after_s
 
-    def _hear(self, line: bytes, now: float) -> None:
-        if now - self.heard_at > self.longest_silence:
-            self.longest_silence = now - self.heard_at
-        self.heard_at, self.heard = now, line
-
     def _fail(self, what: str, advice: str) -> None:
-        heard = self.heard.decode(errors="replace").strip()
         self._end(
             State.FAILED,
             f"{what}. {self.window.acknowledged} of {len(self.window.commands)} commands were acknowledged; "
-            f"the last thing heard was {heard!r}. {advice}",
+            f"the last thing heard was {self.heard.last_words!r}. {advice}",
         )
 
     def _end(self, state: State, message: str) -> None:

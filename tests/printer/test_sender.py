@@ -47,11 +47,11 @@ def framed(first, *commands):
 def test_a_board_that_boots_is_greeted_at_once_and_another_after_a_while():
     booting = Desk(greeted=False)
     assert booting.hear(b"start") == GREETING.decode().splitlines()
-    assert booting.sender.rebooted
+    assert booting.sender.heard.rebooted
     quiet = Desk(greeted=False, boot_wait_s=3)
     assert quiet.wait(2.9) == []
     assert quiet.wait(0.2) == GREETING.decode().splitlines()
-    assert not quiet.sender.rebooted
+    assert not quiet.sender.heard.rebooted
 
 
 def test_nothing_follows_the_greeting_before_its_mark_is_answered():
@@ -317,7 +317,7 @@ def test_cancel_by_the_printer():
 def test_a_prompt_is_shown():
     desk = Desk()
     desk.hear(b"//action:prompt_begin Insert the syringe")
-    assert "Insert the syringe" in desk.sender.messages[-1]
+    assert "Insert the syringe" in desk.sender.heard.messages[-1]
 
 
 def test_temperatures_are_asked_for_now_and_then():
