@@ -29,7 +29,9 @@ from printer.safety import leave
 from printer.settings import Settings
 from printer.window import MARK, Window
 
-ALONE = frozenset({"M410"})  # a line that is sent before the ok of these is corrupted
+# Nothing is sent before the ok of these. A line behind M410 is corrupted; behind one that waits for a
+# heater or a user, lines would fill the command slots, and M108 and M112 act early only if one is free.
+ALONE = frozenset({"M410", "M109", "M190", "M191", "M0", "M1", "M600"})
 REPEATS = 25  # requests for one line, or for impossible ones, after which the job fails
 FAR = 100  # lines behind the acknowledged one; a Resend from further back is obeyed when it is repeated
 
@@ -145,6 +147,8 @@ class Sender:
         if self.state is State.RUN:
             self.state, self.end = State.STOP, self.window.assigned
             self.pending, self.tail_given = deque(["M400", *leave(self.settings.safety)]), False
+            self.output += b"M108\n"  # ends a wait for a heater or a user; its ok acknowledges nothing else
+            self.swallow = True
             self._fill(now)
         elif self.state in (State.BOOT, State.HELLO):
             self._end(State.STOPPED, "stopped before the first line")
@@ -197,7 +201,7 @@ class Sender:
             command, data = window.next_line()
             if window.bytes and window.bytes + len(data) > self.settings.window_bytes:
                 break
-            if command[:4] in ALONE:
+            if command[0] == "M" and command.split(maxsplit=1)[0] in ALONE:
                 self.alone = window.sent
             self.output += window.send()
         if self.tail_given and not self.pending and not window.waiting:

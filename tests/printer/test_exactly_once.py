@@ -143,3 +143,12 @@ def test_a_window_that_is_too_large_does_overrun_the_printer():
     bench = Bench(PROGRAM, settings=replace(Settings(), window_lines=64, window_bytes=2000), firmware=slow)
     bench.run(until=lambda: bench.sender.window.acked > 30)
     assert slow.bytes_lost > 0
+
+
+@pytest.mark.parametrize("command", ["M109 S290", "M0 Insert the syringe"])
+def test_a_stop_does_not_wait_for_a_heater_or_a_user(command):
+    bench = Bench(["M104 S0", command, *PROGRAM])
+    bench.run(until=lambda: bench.firmware.now > 10)
+    bench.sender.cancel(bench.firmware.now)
+    assert bench.run() is State.STOPPED
+    assert bench.firmware.now < 20

@@ -167,6 +167,7 @@ def test_a_failure_is_reported_and_resumed(run, part):
         code, _, err = run("send", part, "--port", printer.path, "--no-check", *QUICK)
         assert code == 1
         assert "connection broke" in err
+        assert "'vslice send --resume part.gcode' goes on" in err
         journal = read_journal(journal_path(part))
         assert journal.ended == "failed"
     printer = PtyPrinter(printer.firmware, fast=True)

@@ -156,7 +156,8 @@ def stream_program(program_file: Path, port: str, settings: "Settings", profile_
         say(f"{program.name}: its last job ended at line {line}; this begins anew (--resume would go on).")
     with closing(Journal(path)) as journal:
         journal.begin(JobRecord(str(program_file.resolve()), program.sha256, port, profile_name))
-        report = _run(program, port, settings, journal)
+        with _resume_offered(program, path):
+            report = _run(program, port, settings, journal)
     return _told(report, path, program)
 
 
@@ -219,8 +220,23 @@ def _told(report: "Report", journal: Path, program: "Program") -> int:
         return 0
     if report.message:
         say(f"{program.name}: {report.message}")
-    say(f"The journal is {journal}; 'vslice send --resume {program.name}' goes on with the job.")
+    _offer_resume(program, journal)
     return 130
+
+
+@contextmanager
+def _resume_offered(program: "Program", journal: Path) -> Iterator[None]:
+    from printer import StreamError
+
+    try:
+        yield
+    except StreamError:
+        _offer_resume(program, journal)
+        raise
+
+
+def _offer_resume(program: "Program", journal: Path) -> None:
+    say(f"The journal is {journal}; 'vslice send --resume {program.name}' goes on with the job.")
 
 
 # --- dry run -------------------------------------------------------------------------------------------
@@ -298,7 +314,8 @@ def _resume(
             if not yes and not click.confirm("Is the way free? The nozzle will move", err=True):
                 raise click.Abort
             ready = replace(settings, boot_wait_s=0.0)
-            report = _run(program, line, ready, journal, plan.start_at, plan.before)
+            with _resume_offered(program, path):
+                report = _run(program, line, ready, journal, plan.start_at, plan.before)
     return _told(report, path, program)
 
 
