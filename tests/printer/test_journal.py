@@ -2,6 +2,7 @@
 
 import pytest
 from hypothesis import given
+from hypothesis import settings as search
 from hypothesis import strategies as st
 
 from printer import JournalError, Settings, StreamError, make_program, stream
@@ -80,6 +81,7 @@ def test_cut_off_at_every_byte(path):
         assert read_journal(path).acknowledged_line == 99, cut
 
 
+@search(deadline=None)
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_journal_or_none(data):
     records, end = whole_records(data)
@@ -87,6 +89,7 @@ def test_any_bytes_are_a_journal_or_none(data):
     assert 0 <= end <= len(data)
 
 
+@search(deadline=None)
 @given(st.data())
 def test_a_damaged_byte_ends_the_journal_there(data):
     from printer.journal import _encode

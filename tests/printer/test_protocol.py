@@ -2,6 +2,7 @@
 
 import pytest
 from hypothesis import given
+from hypothesis import settings as search
 from hypothesis import strategies as st
 
 from printer.emulator.firmware import kept
@@ -79,6 +80,7 @@ def test_a_reply_means_what_the_transcript_says(line, meaning):
     assert parse_reply(line) == meaning
 
 
+@search(deadline=None)
 @given(st.one_of(st.binary(), st.builds(lambda head, tail: head + tail,
        st.sampled_from([line for line, _ in TRANSCRIPT]), st.binary())))  # fmt: skip
 def test_any_bytes_have_a_meaning(line):
@@ -86,6 +88,7 @@ def test_any_bytes_have_a_meaning(line):
     assert isinstance(parse_reply(line), known)
 
 
+@search(deadline=None)
 @given(st.data())
 def test_a_damaged_reply_has_a_meaning(data):
     line = bytearray(data.draw(st.sampled_from([line for line, _ in TRANSCRIPT])))
@@ -98,6 +101,7 @@ def test_the_checksums_are_those_of_the_transcript():
     assert frame(0, "M110 N0") == HELLO
 
 
+@search(deadline=None)
 @given(st.integers(0, 10**7), st.text(st.characters(codec="utf-8", exclude_characters="\n\r"), max_size=40))
 def test_a_framed_line_arrives_with_its_own_checksum(number, text):
     command = clean(text)
