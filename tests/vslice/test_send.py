@@ -237,6 +237,28 @@ def test_ctrl_c(part, tmp_path, signals, state):
     assert read_journal(journal_path(part)).ended == state
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_emulate_is_a_printer_until_it_is_interrupted(tmp_path, part, run, how):
+    link = tmp_path / "port"
+    words = ["emulate", "--fast", "--link", str(link), "--faults", "corrupt=3e-4"]
+    emulator = subprocess.Popen(
+        [sys.executable, "-c", "from vslice.cli import main; main()", *words],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert emulator.stdout.readline().strip() == os.readlink(link)
+    code, _, err = run("send", part, "--port", link, "--no-check", *QUICK)
+    emulator.send_signal(how)
+    _, told = emulator.communicate(timeout=30)
+    assert code == 0, err
+    assert emulator.returncode == 0
+    assert "600 moves, 15.00 mm of E" in told
+    assert not link.is_symlink()
+
+
 def wait_until(true, seconds=30):
     end = time.monotonic() + seconds
     while not true():

@@ -1,5 +1,6 @@
 """``vslice emulate``: be a printer on a pseudo-terminal."""
 
+import signal
 import sys
 from pathlib import Path
 
@@ -38,14 +39,14 @@ def command(options: tuple[str, ...], fast: bool, link: Path | None) -> None:
         link.symlink_to(printer.path)
     click.echo(printer.path)
     sys.stdout.flush()
-    try:
-        printer.serve()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: printer.stop())
+    printer.serve()
+    if not firmware.connected:
         say("The cable was pulled (a scripted fault).")
-    except KeyboardInterrupt:
-        printer.close()
-    finally:
-        if link is not None:
-            link.unlink(missing_ok=True)
+    printer.close()
+    if link is not None:
+        link.unlink(missing_ok=True)
     say(
         f"{firmware.lines} commands, {firmware.path.count} moves, {firmware.path.material:.2f} mm of E, "
         f"{firmware.refused} lines refused, {firmware.repeated} repeated lines dropped, "

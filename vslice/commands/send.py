@@ -188,7 +188,7 @@ def _run(
 
 @contextmanager
 def _interrupts(job: Any) -> Iterator[None]:
-    """Ctrl-C once: a controlled stop. Twice: M112."""
+    """Ctrl-C once, or SIGTERM: a controlled stop. Twice: M112."""
     count = 0
 
     def interrupted(signal_number: int, frame: FrameType | None) -> None:
@@ -199,11 +199,12 @@ def _interrupts(job: Any) -> Iterator[None]:
         else:
             job.abort()
 
-    before = signal.signal(signal.SIGINT, interrupted)
+    before = {number: signal.signal(number, interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _told(report: "Report", journal: Path, program: "Program") -> int:
