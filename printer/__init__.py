@@ -1,1 +1,37 @@
-"""A text program becomes a print: protocol, sender, journal, emulator. Knows no geometry: it sends lines."""
+"""A text program becomes a print: protocol, sender, journal, emulator. Knows no geometry: it sends lines.
+
+`stream` is the public call. Importing this package teaches pyserial the scheme ``marlin://``.
+"""
+
+import serial
+
+from printer.errors import JournalError, PortError, PrinterError, ProtocolError, ResumeError, StreamError
+from printer.job import Job, stream
+from printer.journal import Journal
+from printer.program import Program, make_program, read_program
+from printer.report import Progress, Report, State
+from printer.settings import Safety, Settings
+
+HANDLERS = "printer.urlhandler"
+if HANDLERS not in serial.protocol_handler_packages:
+    serial.protocol_handler_packages.append(HANDLERS)
+
+__all__ = [
+    "Job",
+    "Journal",
+    "JournalError",
+    "PortError",
+    "PrinterError",
+    "Program",
+    "Progress",
+    "ProtocolError",
+    "Report",
+    "ResumeError",
+    "Safety",
+    "Settings",
+    "State",
+    "StreamError",
+    "make_program",
+    "read_program",
+    "stream",
+]

@@ -18,6 +18,10 @@ COMMANDS = {
     "generate": "Write a random grid of fibre angles.",
     "preview": "Draw a grid or a program as a picture.",
     "check": "Replay a program and verify that it can be printed.",
+    "send": "Stream a program to a printer, or see in a dry run what it would do.",
+    "ports": "List the serial ports of this machine.",
+    "console": "Type commands to a printer and see its replies.",
+    "emulate": "Be a printer on a pseudo-terminal, for other hosts and for learning.",
     "profiles": "List and show the machines that vslice knows.",
     "grid-schema": "Print the JSON Schema of a grid file.",
 }

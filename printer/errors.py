@@ -1,0 +1,34 @@
+"""What this package raises on purpose; every text can be shown to a user as it is."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from printer.report import Report
+
+
+class PrinterError(Exception):
+    """Root of everything that this package raises on purpose."""
+
+
+class ProtocolError(PrinterError):
+    """A program that no Marlin can be sent: a line that is too long or that would change the numbering."""
+
+
+class PortError(PrinterError):
+    """A port that cannot be opened, or that another program holds."""
+
+
+class JournalError(PrinterError):
+    """A journal that is missing, held by another sender, or of another program."""
+
+
+class ResumeError(PrinterError):
+    """An interrupted job that cannot be continued safely."""
+
+
+class StreamError(PrinterError):
+    """A job that ended before its last line. ``report`` says how far it came."""
+
+    def __init__(self, message: str, report: "Report") -> None:
+        self.report = report
+        super().__init__(message)

@@ -1,0 +1,62 @@
+"""What a printer has told: temperatures, position, capabilities, warnings, and when it was heard last."""
+
+from collections import deque
+
+from printer.protocol import Action, Capability, Ok, Position, Reading, Reply, Start, Temperature
+
+WARNINGS = ("unknown command", "cold extrusion", "too long extrusion", "not homed", "home first")
+MOST_WARNINGS = 1000
+
+
+class Heard:
+    """Collects what matters to a display and a report; times in s, temperatures in degrees Celsius."""
+
+    def __init__(self, now: float) -> None:
+        self.at, self.longest_silence = now, 0.0
+        self.last = b""
+        self.temperatures: dict[str, Reading] = {}
+        self.capabilities: dict[str, bool] = {}
+        self.position: dict[str, float] | None = None
+        self.rebooted = False  # it said start
+        self.messages: deque[str] = deque(maxlen=100)  # for a display, which takes them away
+        self.warnings: list[str] = []
+
+    def line(self, line: bytes, now: float) -> None:
+        """Something was said."""
+        self.silent_until(now)
+        self.at, self.last = now, line
+
+    def silent_until(self, now: float) -> None:
+        """Nothing was said since the last line."""
+        if now - self.at > self.longest_silence:
+            self.longest_silence = now - self.at
+
+    def note(self, reply: Reply) -> None:
+        """Keep what a reply tells."""
+        match reply:
+            case Ok(readings=readings, axes=axes):
+                self.temperatures = readings or self.temperatures
+                self.position = axes or self.position
+            case Temperature(readings):
+                self.temperatures = readings
+            case Position(axes):
+                self.position = axes
+            case Capability(name, enabled):
+                self.capabilities[name] = enabled
+            case Start():
+                self.rebooted = True
+            case Action(name, argument):
+                self.messages.append(f"the printer: {name.replace('_', ' ')} {argument}".rstrip())
+
+    def remark(self, text: str) -> None:
+        """Keep an echo that is a warning."""
+        low = text.lower()
+        if any(words in low for words in WARNINGS):
+            self.messages.append(text)
+            if len(self.warnings) < MOST_WARNINGS:
+                self.warnings.append(text)
+
+    @property
+    def last_words(self) -> str:
+        """The last thing heard."""
+        return self.last.decode(errors="replace").strip()

@@ -1,0 +1,197 @@
+"""Where an interrupted job goes on, and how the nozzle gets there without touching the print."""
+
+import re
+from bisect import bisect_right
+from dataclasses import dataclass
+
+from printer.errors import JournalError, ResumeError
+from printer.journal import LINES_PER_SYNC, Entry
+from printer.program import Program
+from printer.protocol import clean
+from printer.replay import MOTION, WAITING, Replay, highest, replay, words
+from printer.safety import extrusion, feed, lift, number
+from printer.settings import Safety
+
+PLANNER_MOVES = 16
+QUEUED_LINES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class ResumePlan:
+    """``start_at`` is the index of the first command to send again; ``before`` the commands that lead the
+    nozzle there; ``text`` says in words, one sentence a line, what will happen."""
+
+    start_at: int
+    before: tuple[str, ...]
+    text: tuple[str, ...]
+
+
+def check_unchanged(program: Program, entry: Entry) -> None:
+    """Refuse a program that is not the one of the journal.
+
+    Raises:
+        JournalError: with both hashes.
+    """
+    if program.sha256 != entry.job.sha256:
+        raise JournalError(
+            f"{program.name}: the program changed since the job began: sha256 {program.sha256[:16]} now, "
+            f"{entry.job.sha256[:16]} in the journal. Restore the old file, or print the new one anew."
+        )
+    if entry.finished:
+        raise JournalError(
+            f"{program.name}: the job of this journal has finished: there is nothing to resume."
+        )
+
+
+def start_of_work(program: Program, entry: Entry) -> int:
+    """The index of the command at which the toolpath begins that was under way.
+
+    Acknowledged is not executed: unless the job was stopped in a controlled way, the moves in the planner
+    may be lost, so the count goes back by its depth first.
+
+    Raises:
+        ResumeError: if nothing had been printed yet.
+    """
+    acknowledged = program.index_of_line(entry.acknowledged_line)
+    executed = acknowledged
+    if entry.ended != "stopped":
+        moves = 0
+        while executed and moves < PLANNER_MOVES:
+            executed -= 1
+            moves += bool(MOTION.match(program.commands[executed]))
+    if program.toolpaths:
+        if acknowledged < program.toolpaths[0]:
+            raise _nothing_printed(program)
+        return program.toolpaths[max(0, bisect_right(program.toolpaths, executed) - 1)]
+    for index in range(min(executed, len(program) - 1), -1, -1):
+        command = program.commands[index]
+        if MOTION.match(command) and "E" not in words(command):
+            return index
+    raise _nothing_printed(program)
+
+
+def _nothing_printed(program: Program) -> ResumeError:
+    return ResumeError(
+        f"{program.name}: the job ended before its first toolpath: send it anew, from its start."
+    )
+
+
+def plan_resume(
+    program: Program, entry: Entry, safety: Safety, *, rebooted: bool, height_mm: float | None = None
+) -> ResumePlan:
+    """Where and how to go on.
+
+    ``rebooted`` tells that the printer has forgotten its position; then the profile's home lines must find
+    it again, and the height on the build axis too, unless ``height_mm`` gives the nozzle's (in mm).
+
+    Raises:
+        JournalError: if the program changed, or the job has finished.
+        ResumeError: if there is nothing to resume, or no safe way to do it.
+    """
+    check_unchanged(program, entry)
+    start = start_of_work(program, entry)
+    acknowledged = program.index_of_line(entry.acknowledged_line)
+    # The journal is written at a bounded rate: the print may be some lines further than it says.
+    furthest = min(len(program), acknowledged + LINES_PER_SYNC + QUEUED_LINES)
+    state, later = replay(program, start), replay(program, furthest)
+    axis = safety.build_axis
+    if state.shifts != later.shifts:
+        raise ResumeError(
+            f"{program.name}: a G92 behind line {program.acknowledged_line(start)} moves the origin, so the "
+            "printer's coordinates are in doubt: this job cannot be resumed."
+        )
+    target = {a: v for a, v in state.position.items() if a in "XYZ"}
+    if axis not in target:
+        raise ResumeError(
+            f"{program.name}: the height ({axis}) at which to go on is unknown: no move sets it."
+        )
+    top = highest(program, furthest, axis, safety.close_lines)
+    safe = max(target[axis], target[axis] if top is None else top) + safety.lift_mm
+    primed = _to_prime(program, acknowledged, entry, state, safety)
+    before = [
+        *(line for line in safety.close_lines if not extrusion(line)),
+        *(f"{heater} {rest}" for heater, rest in state.temperatures.items()),
+        "G21",
+        *lift(safety),
+        *(_find_position(safety, target, height_mm) if rebooted else []),
+        f"G0 {axis}{number(safe)} {feed(safety.lift_speed_mm_s)}",
+        *(f"{WAITING[heater]} {rest}" for heater, rest in state.temperatures.items()),
+        *(["M83", f"G1 E{number(primed)} {feed(safety.retract_speed_mm_s)}"] if primed < 0 else []),
+        *_approach(state, target, safety, max(0.0, primed)),
+    ]
+    commands = tuple(command for line in before if (command := clean(line)))
+    return ResumePlan(start, commands, _words(program, entry, start, target, axis, safe, rebooted))
+
+
+def _find_position(safety: Safety, target: dict[str, float], height_mm: float | None) -> list[str]:
+    """Home what the profile calls safe over a standing print, and make sure that it finds every axis."""
+    axis, homed = safety.build_axis, set()
+    for line in map(clean, safety.home_lines):
+        if re.match(r"G28(?!\d)", line):
+            homed |= set(words(line[3:])) & set("XYZ") or set("XYZ")
+    if axis in homed and not safety.build_axis_homes_up:
+        raise ResumeError(
+            f"the profile's homing lines {list(safety.home_lines)} home {axis}, the build direction, towards "
+            f"the print: home the others only, as 'G28 {' '.join(sorted(set('XYZ') - {axis}))}'."
+        )
+    missing = set(target) - homed - ({axis} if height_mm is not None else set())
+    if missing == {axis}:
+        raise ResumeError(
+            f"the printer was reset and has forgotten the height of its nozzle ({axis}): measure it from the "
+            "plate, in mm, and give it with --height."
+        )
+    if missing:
+        raise ResumeError(
+            f"the printer was reset and has forgotten its position, and the profile's homing lines "
+            f"{list(safety.home_lines)} do not find {', '.join(sorted(missing))}: add to resume_home_lines."
+        )
+    raised = [] if height_mm is None or axis in homed else [f"G92 {axis}{number(height_mm + safety.lift_mm)}"]
+    return [*raised, *safety.home_lines, "G90"]
+
+
+def _to_prime(program: Program, acknowledged: int, entry: Entry, state: Replay, safety: Safety) -> float:
+    """Material in mm to feed (or draw back, if negative), so that the nozzle is as the program left it."""
+    drawn_back = replay(program, acknowledged).retracted_mm
+    if entry.ended == "stopped":
+        drawn_back -= sum(extrusion(line) for line in safety.close_lines)
+    return drawn_back - state.retracted_mm
+
+
+def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm: float) -> list[str]:
+    """Across above the print, then down, then every mode as the program left it."""
+    axis = safety.build_axis
+    others = [f"{a}{number(v)}" for a, v in target.items() if a != axis]
+    return [
+        *([state.tool] if state.tool else []),
+        *state.settings.values(),
+        *([f"G0 {' '.join(others)} {feed(safety.travel_speed_mm_s)}"] if others else []),
+        f"G0 {axis}{number(target[axis])} {feed(safety.lift_speed_mm_s)}",
+        *(["M83", f"G1 E{number(prime_mm)} {feed(safety.retract_speed_mm_s)}"] if prime_mm else []),
+        *state.outputs.values(),
+        f"G92 E{state.position.get('E', 0.0):.5f}",
+        f"G1 {feed(state.feed_mm_s)}",
+        "G90" if state.absolute else "G91",
+        "M82" if state.absolute_e else "M83",
+        *(["G20"] if state.unit_mm != 1.0 else []),
+    ]
+
+
+def _words(
+    program: Program,
+    entry: Entry,
+    start: int,
+    target: dict[str, float],
+    axis: str,
+    safe: float,
+    rebooted: bool,
+) -> tuple[str, ...]:
+    line = program.lines[start] if start < len(program) else program.acknowledged_line(start)
+    place = ", ".join(f"{a} {number(v)}" for a, v in target.items())
+    toolpath = bisect_right(program.toolpaths, start) - 1
+    what = f"toolpath {toolpath} begins" if program.toolpaths else "the last travel move begins"
+    return (
+        f"{program.name}: acknowledged up to line {entry.acknowledged_line}, job {entry.ended or 'cut off'}.",
+        f"Going back to line {line}, where {what} that was under way; what it printed is printed again.",
+        *(["The printer was reset: it homes first, as the profile says."] if rebooted else []),
+        f"The nozzle rises to {axis} {number(safe)}, crosses over the print, and comes down at {place} (mm).",
+    )

@@ -1,0 +1,168 @@
+"""The journal survives being cut off at any byte, and says how far the job came."""
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as search
+from hypothesis import strategies as st
+
+from printer import JournalError, Settings, StreamError, make_program, stream
+from printer.job import Job
+from printer.journal import (
+    Entry,
+    JobRecord,
+    Journal,
+    journal_path,
+    read_journal,
+    unfinished,
+    whole_records,
+)
+from printer.ports import open_port
+
+JOB = JobRecord("/somewhere/part.gcode", "ab" * 32, "/dev/ttyUSB0", "marlin-generic")
+PROGRAM = make_program(["G91", *[f"G1 X{k % 3 - 1} F6000" for k in range(3000)]])
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def path(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    return tmp_path / "part.gcode.vslice-journal"
+
+
+def written(path, *lines, ended=""):
+    clock = Clock()
+    journal = Journal(path, clock)
+    journal.begin(JOB)
+    journal.ready()
+    for line in lines:
+        clock.now += 2
+        journal.acknowledge(line)
+    if ended:
+        journal.close_job(lines[-1], ended)
+    journal.close()
+    return path.read_bytes()
+
+
+def test_what_was_written_is_read(path):
+    written(path, 100, 900)
+    assert read_journal(path) == Entry(JOB, 900, "")
+    assert unfinished(path) == 900
+
+
+@pytest.mark.parametrize("ended", ["finished", "stopped", "failed"])
+def test_how_a_job_ended(path, ended):
+    written(path, 100, ended=ended)
+    assert read_journal(path).ended == ended
+    assert (unfinished(path) is None) == (ended == "finished")
+
+
+def test_cut_off_at_every_byte(path):
+    data = written(path, 10, 20, 30)
+    ends = [k + 1 for k, byte in enumerate(data) if byte == 10]
+    for cut in range(len(data) + 1):
+        path.write_bytes(data[:cut])
+        if cut < ends[0]:
+            with pytest.raises(JournalError, match="no whole record"):
+                read_journal(path)
+            continue
+        last = sum(end <= cut for end in ends) - 1
+        assert read_journal(path).acknowledged_line == 10 * last
+        journal = Journal(path, lambda: 0.0)
+        assert journal.reopen("/dev/ttyACM0").acknowledged_line == 10 * last
+        journal.ready()
+        journal.close_job(99, "finished")
+        journal.close()
+        assert read_journal(path).acknowledged_line == 99, cut
+
+
+@search(deadline=None)
+@given(st.binary(max_size=200))
+def test_any_bytes_are_a_journal_or_none(data):
+    records, end = whole_records(data)
+    assert isinstance(records, list)
+    assert 0 <= end <= len(data)
+
+
+@search(deadline=None)
+@given(st.data())
+def test_a_damaged_byte_ends_the_journal_there(data):
+    from printer.journal import _encode
+
+    records = [{"line": k} for k in range(5)]
+    whole = bytearray(b"".join(map(_encode, records)))
+    place = data.draw(st.integers(0, len(whole) - 1))
+    whole[place] ^= data.draw(st.integers(1, 255))
+    before = sum(len(_encode(record)) * (k + 1) <= place for k, record in enumerate(records))
+    assert whole_records(bytes(whole))[0] == records[:before]
+
+
+def test_at_most_one_sync_a_second_or_five_hundred_lines(path, monkeypatch):
+    synced = []
+    monkeypatch.setattr("os.fsync", synced.append)
+    clock = Clock()
+    journal = Journal(path, clock)
+    journal.begin(JOB)
+    journal.ready()
+    before = len(synced)
+    for line in range(1, 400):
+        journal.acknowledge(line)
+    assert len(synced) == before
+    journal.acknowledge(500)
+    assert len(synced) == before + 1
+    clock.now += 1.0
+    journal.acknowledge(501)
+    assert len(synced) == before + 2
+    journal.close()
+
+
+def test_a_second_sender_on_one_journal_is_refused(path):
+    journal = Journal(path)
+    with pytest.raises(JournalError, match="another sender"):
+        Journal(path)
+    journal.close()
+    Journal(path).close()
+
+
+def test_a_new_job_keeps_the_old_journal_until_the_port_is_open(path):
+    written(path, 100)
+    journal = Journal(path)
+    journal.begin(JOB)
+    journal.close()
+    assert read_journal(path).acknowledged_line == 100
+
+
+def test_a_journal_lies_beside_its_program_or_in_the_state_folder(path, monkeypatch):
+    program = path.parent / "part.gcode"
+    assert journal_path(program) == path
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert path.parent / "state" in journal_path(program).parents
+
+
+def test_no_journal(path):
+    with pytest.raises(JournalError, match="there is no journal"):
+        read_journal(path)
+    assert unfinished(path) is None
+
+
+def test_a_streamed_job_is_journaled_to_its_end(path):
+    journal = Journal(path)
+    journal.begin(JOB)
+    stream(PROGRAM, "marlin://?clock=fast", Settings(boot_wait_s=0.1), journal=journal)
+    journal.close()
+    assert read_journal(path) == Entry(JOB, 3001, "finished")
+
+
+def test_a_failed_job_leaves_a_journal_of_what_was_acknowledged(path):
+    journal = Journal(path)
+    journal.begin(JOB)
+    with pytest.raises(StreamError) as caught:
+        Job(PROGRAM, open_port("marlin://?clock=fast&fault=kill@2000", 9600), journal=journal).run()
+    journal.close()
+    assert read_journal(path) == Entry(JOB, caught.value.report.acknowledged, "failed")
+    assert 1950 < caught.value.report.acknowledged < 2000

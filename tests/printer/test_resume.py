@@ -1,0 +1,184 @@
+"""An interrupted job goes on at the start of its toolpath, and the nozzle comes from above."""
+
+from dataclasses import replace
+
+import pytest
+from pump import Bench
+from sheet import SAFETY, assert_same_print, entry, printed, sheet
+
+from printer import JournalError, ResumeError, Settings, State, make_program
+from printer.emulator.faults import Faults
+from printer.emulator.firmware import Firmware, Options
+from printer.replay import highest
+from printer.resume import plan_resume, start_of_work
+
+
+def resumed(program, firmware, plan):
+    bench = Bench(
+        program.commands[plan.start_at :], Settings(safety=SAFETY), firmware=firmware, before=plan.before
+    )
+    assert bench.run() is State.FINISHED, bench.sender.message
+
+
+@pytest.mark.parametrize("stop_after", range(7, 400, 23))
+def test_a_controlled_stop_is_resumed_to_the_same_print(stop_after):
+    program = sheet()
+    bench = Bench(program.commands, Settings(safety=SAFETY))
+    bench.run(until=lambda: bench.sender.window.acknowledged >= stop_after)
+    bench.sender.cancel(bench.firmware.now)
+    assert bench.run() is State.STOPPED
+    before = printed(bench.firmware)
+    acknowledged = program.acknowledged_line(bench.sender.window.acknowledged)
+    plan = plan_resume(program, entry(program, acknowledged, "stopped"), SAFETY, rebooted=False)
+    resumed(program, bench.firmware, plan)
+    twice = assert_same_print(before, printed(bench.firmware)[len(before) :])
+    assert twice <= 2  # the toolpath under way has two extruding moves
+
+
+@pytest.mark.parametrize("kind", ["kill", "reset", "silence", "disconnect"])
+@pytest.mark.parametrize("number", [40, 111, 222, 333])
+def test_a_failed_job_is_resumed_to_the_same_print(kind, number):
+    """After kill, reset and silence the printer is switched on anew; after a pulled cable it stayed on."""
+    program = sheet()
+    faults = Faults()
+    faults.script(f"{kind}@{number}")
+    bench = Bench(program.commands, Settings(safety=SAFETY), faults)
+    bench.run(until=lambda: not bench.firmware.connected)
+    if kind == "disconnect":
+        bench.sender.lost("pulled")
+        bench.settle()
+    else:
+        bench.firmware.boot()
+        bench.firmware.machine.position["Z"] = height = bench.firmware.path.moves[-1].z
+    before, rebooted = printed(bench.firmware), kind != "disconnect"
+    acknowledged = program.acknowledged_line(bench.sender.window.acknowledged)
+    plan = plan_resume(
+        program,
+        entry(program, acknowledged, "failed"),
+        SAFETY,
+        rebooted=rebooted,
+        height_mm=height if rebooted else None,
+    )
+    resumed(program, bench.firmware, plan)
+    twice = assert_same_print(before, printed(bench.firmware)[len(before) :])
+    assert twice <= 2 + 16
+
+
+def test_a_program_without_toolpath_marks_goes_back_to_a_travel():
+    program = sheet(marked=False)
+    start = start_of_work(program, entry(program, 200, "stopped"))
+    assert program.commands[start].startswith("G0 X")
+    assert start <= program.index_of_line(200) <= start + 8
+
+
+def test_the_planners_depth_is_gone_back_unless_the_stop_was_controlled():
+    program = sheet()
+    line = program.lines[program.toolpaths[30] + 3]
+    assert start_of_work(program, entry(program, line, "stopped")) == program.toolpaths[30]
+    # 16 moves back from the third of toolpath 30, each of which has five
+    assert start_of_work(program, entry(program, line)) == program.toolpaths[27]
+
+
+def test_the_nozzle_comes_from_above_and_never_goes_down_before():
+    program = sheet()
+    line = program.lines[program.toolpaths[44] + 5]
+    plan = plan_resume(program, entry(program, line), SAFETY, rebooted=False)
+    firmware = Firmware(Options())
+    firmware.machine.position.update(X=22.0, Z=1.6)
+    bench = Bench([], firmware=firmware, before=plan.before)
+    bench.run()
+    moves = [
+        move for k, move in enumerate(firmware.path.moves) if not k or move != firmware.path.moves[k - 1]
+    ]
+    highest = 0.2 + 0.2 * 9  # the journal may lag: everything may be printed already
+    assert moves[0].z == 1.6 + 5
+    assert moves[1].z == pytest.approx(highest + 5)
+    assert moves[2].z == moves[1].z
+    assert (moves[2].x, moves[2].y) == (moves[3].x, moves[3].y)
+    assert moves[3].z < moves[2].z
+    assert len(moves) == 4
+
+
+def test_behind_a_valve_the_height_of_the_print_is_known_too():
+    lines = ["G90", "G0 Z0.2", "M42 P4 S255", "G1 X5", "G1 Z3", "M42 P4 S0", "G0 Z30"]
+    program = make_program(lines)
+    assert highest(program, 7, "Z", ("M42 P4 S0",)) == 3
+    assert highest(program, 4, "Z", ("M42 P4 S0",)) == 0.2
+    assert highest(program, 7, "Z") is None
+
+
+def test_modes_heaters_and_valve_are_as_the_program_left_them():
+    program = make_program(
+        [
+            "G20",
+            "G91",
+            "M83",
+            "T1",
+            "M104 S60",
+            "M140 S40",
+            "M106 S99",
+            "G1 Z0.1 F60",
+            ";TOOLPATH 0",
+            "G0 X1",
+            "G1 X1 E1",
+        ]
+    )
+    before = plan_resume(program, entry(program, 11, "stopped"), SAFETY, rebooted=False).before
+    assert before.index("M104 S60") < before.index("M109 S60")
+    assert {"M190 S40", "M106 S99", "T1", "M42 P4 S0", "G92 E0.00000"} <= set(before)
+    assert before[-4:] == ("G1 F1524", "G91", "M83", "G20")
+
+
+@pytest.mark.parametrize("ended", ["stopped", ""])
+def test_the_filament_is_as_far_as_the_program_left_it(ended):
+    """Drawn back once by the program, and once more by the controlled stop."""
+    program = sheet()
+    inside = program.lines[program.toolpaths[30] + 3]  # within an extruded line: nothing is drawn back there
+    before = plan_resume(program, entry(program, inside, ended), SAFETY, rebooted=False).before
+    moved = [line for line in before if line.startswith("G1 E")]
+    assert moved == ([] if ended else ["G1 E-1 F600"])
+
+
+def test_a_changed_program_is_refused_with_both_hashes():
+    program = sheet()
+    other = entry(replace(program, sha256="f" * 64), 100)
+    with pytest.raises(JournalError, match=f"{program.sha256[:16]} now, ffffffffffffffff in the journal"):
+        plan_resume(program, other, SAFETY, rebooted=False)
+
+
+def test_a_finished_job_has_nothing_to_resume():
+    with pytest.raises(JournalError, match="has finished"):
+        plan_resume(sheet(), entry(sheet(), 100, "finished"), SAFETY, rebooted=False)
+
+
+def test_a_job_that_printed_nothing_begins_anew():
+    with pytest.raises(ResumeError, match="before its first toolpath"):
+        plan_resume(sheet(), entry(sheet(), 3), SAFETY, rebooted=False)
+
+
+@pytest.mark.parametrize(
+    ("safety", "height", "words"),
+    [
+        (SAFETY, None, "--height"),
+        (replace(SAFETY, home_lines=()), 3.0, "do not find X, Y"),
+        (replace(SAFETY, home_lines=("G28",)), 3.0, "towards the print"),
+        (replace(SAFETY, home_lines=("G28 X Z",)), 3.0, "towards the print"),
+    ],
+)
+def test_after_a_reset_an_unsafe_way_is_refused(safety, height, words):
+    with pytest.raises(ResumeError, match=words):
+        plan_resume(sheet(), entry(sheet(), 200), safety, rebooted=True, height_mm=height)
+
+
+def test_homing_the_build_axis_away_from_the_print_is_allowed():
+    safety = replace(SAFETY, home_lines=("G28",), build_axis_homes_up=True)
+    before = plan_resume(sheet(), entry(sheet(), 200), safety, rebooted=True).before
+    assert before.index("G91") < before.index("G0 Z5 F600") < before.index("G28")
+
+
+def test_a_program_that_moves_its_origin_is_refused():
+    lines = list(sheet().commands)
+    lines[100:100] = ["G92 X0"]
+    program = make_program(lines)
+    with pytest.raises(ResumeError, match="G92"):
+        plan_resume(program, entry(program, 80), SAFETY, rebooted=False)

@@ -1,0 +1,330 @@
+"""The transitions of the sender: replies and the time go in by hand, bytes come out."""
+
+import pytest
+
+from printer.protocol import HELLO, frame
+from printer.report import State
+from printer.sender import REPEATS, Sender
+from printer.settings import Safety, Settings
+
+MOVES = [f"G1 X{k}" for k in range(100)]
+MARK_OK = b"ok T:20.0 /0.0\n"
+GREETING = b"\n" + HELLO + frame(1, "M105")
+
+
+class Desk:
+    """A sender whose printer is the test. Line 1 is the greeting's mark, line 2 is M115."""
+
+    def __init__(self, commands=MOVES, greeted=True, **settings):
+        self.settings = Settings(poll_s=1e9, **settings)
+        self.sender = Sender(commands, self.settings, 0.0)
+        self.now = 0.0
+        if greeted:
+            self.hear(b"start")
+            self.hear(b"ok", b"ok T:20.0 /0.0")
+            self.hear(b"FIRMWARE_NAME:Marlin", b"ok")
+
+    def hear(self, *lines, after=0.0):
+        """Replies arrive; what the sender writes then, without newlines."""
+        self.now += after
+        for line in lines:
+            self.sender.receive([line], self.now)
+        return self.written()
+
+    def wait(self, seconds):
+        self.now += seconds
+        self.sender.tick(self.now)
+        return self.written()
+
+    def written(self):
+        return self.sender.take_output().decode().splitlines()
+
+
+def framed(first, *commands):
+    return [frame(first + k, command).decode().strip() for k, command in enumerate(commands)]
+
+
+def test_a_board_that_boots_is_greeted_at_once_and_another_after_a_while():
+    booting = Desk(greeted=False)
+    assert booting.hear(b"start") == GREETING.decode().splitlines()
+    assert booting.sender.heard.rebooted
+    quiet = Desk(greeted=False, boot_wait_s=3)
+    assert quiet.wait(2.9) == []
+    assert quiet.wait(0.2) == GREETING.decode().splitlines()
+    assert not quiet.sender.heard.rebooted
+
+
+def test_nothing_follows_the_greeting_before_its_mark_is_answered():
+    desk = Desk(greeted=False)
+    desk.hear(b"start")
+    assert desk.hear(b"ok", b"ok", b"echo:whatever") == []
+    assert desk.hear(b"ok T:20.0 /0.0")[0] == framed(2, "M115")[0]
+
+
+def test_a_damaged_greeting_is_said_again():
+    desk = Desk(greeted=False)
+    desk.hear(b"start")
+    assert (
+        desk.hear(b"Error:checksum mismatch, Last Line: 71", b"Resend: 72") == GREETING.decode().splitlines()
+    )
+
+
+def test_four_lines_are_in_flight_and_each_ok_sends_one_more():
+    desk = Desk(greeted=False)
+    desk.hear(b"start")
+    assert desk.hear(b"ok", b"ok T:20.0 /0.0") == framed(2, "M115", "G1 X0", "G1 X1", "G1 X2")
+    assert desk.hear(b"ok") == framed(6, "G1 X3")
+    assert desk.hear(b"ok", b"ok") == framed(7, "G1 X4", "G1 X5")
+
+
+def test_one_line_in_flight_is_ping_pong():
+    desk = Desk(window_lines=1)
+    assert desk.sender.window.lines == 1
+    assert desk.hear(b"ok") == framed(4, "G1 X1")
+
+
+def test_the_bytes_in_flight_are_bounded():
+    desk = Desk(["M117 " + "x" * 45] * 9)
+    assert desk.sender.window.lines == 2
+    assert desk.sender.window.bytes <= 127
+
+
+def test_a_line_longer_than_the_window_goes_alone():
+    desk = Desk(["M117 " + "x" * 45] * 9, window_bytes=30)
+    assert desk.sender.window.lines == 1
+
+
+def test_the_room_that_advanced_ok_reports_is_used():
+    desk = Desk(window_bytes=1000)
+    assert desk.hear(b"ok N3 P15 B20")[-1] == framed(23, "G1 X20")[0]
+    assert desk.sender.window.lines == 20
+
+
+def test_advanced_ok_makes_up_for_lost_ones():
+    desk = Desk()
+    assert desk.hear(b"ok N5 P15 B3") == framed(7, "G1 X4", "G1 X5", "G1 X6")
+    assert desk.hear(b"ok N4 P15 B3") == []
+
+
+def test_a_resend_goes_back_once_and_sends_that_line_alone():
+    desk = Desk()  # 3, 4, 5, 6 are in flight
+    assert desk.hear(b"Error:checksum mismatch, Last Line: 3", b"Resend: 4", b"ok") == framed(4, "G1 X1")
+    echoes = [b"Error:Line Number is not Last Line Number+1, Last Line: 3", b"Resend: 4", b"ok"] * 2
+    assert desk.hear(*echoes) == []
+    assert desk.hear(b"ok") == []  # of line 3
+    assert desk.hear(b"ok")[:2] == framed(5, "G1 X2", "G1 X3")  # of line 4
+
+
+def test_the_ok_of_a_resend_acknowledges_nothing():
+    desk = Desk()
+    before = desk.sender.window.acknowledged
+    desk.hear(b"Resend: 4", b"ok")
+    assert desk.sender.window.acknowledged == before
+
+
+def test_a_resend_after_the_echoes_counts_again():
+    desk = Desk()
+    desk.hear(b"Resend: 4", b"ok")
+    desk.hear(*[b"Resend: 4", b"ok"] * 2)
+    assert desk.hear(b"Resend: 4", b"ok") == framed(4, "G1 X1")
+
+
+def test_numbers_never_change_their_meaning_after_a_resend():
+    desk = Desk()
+    desk.hear(b"Resend: 3", b"ok")
+    assert desk.hear(b"ok")[:3] == framed(4, "G1 X1", "G1 X2", "G1 X3")
+
+
+@pytest.mark.parametrize("line", [b"Resend: 5000", b"Resend: 0", b"Resend: ", b"Resend: x1"])
+def test_an_impossible_resend_is_not_obeyed_and_the_probe_finds_the_true_one(line):
+    desk = Desk()
+    assert desk.hear(line, b"ok") == []
+    assert desk.wait(2.5) == ["", *framed(7, "M105")]
+    assert desk.hear(b"Resend: 4", b"ok") == framed(4, "G1 X1")
+
+
+def test_a_resend_with_a_lost_digit_does_not_send_half_the_job_again():
+    desk = Desk(["G21"] * 1000)
+    for _ in range(500):
+        desk.hear(b"ok")
+    acked = desk.sender.window.acked
+    assert desk.hear(b"Resend: 50", b"ok") == []  # 501 or so is meant
+    assert desk.sender.window.acked == acked
+    assert desk.hear(b"Resend: 50", b"ok") == framed(50, "G21")  # said twice, it is meant
+
+
+def test_only_lines_that_go_again_are_counted_as_resent():
+    desk = Desk()
+    desk.hear(b"Resend: 4", b"ok")
+    assert desk.sender.window.resent == 1
+    desk.hear(b"ok", b"ok", b"ok")
+    assert desk.sender.window.resent == 3
+
+
+def test_a_line_asked_for_without_end_fails_the_job():
+    desk = Desk()
+    for _ in range(4 * REPEATS + 4):
+        desk.hear(b"Error:checksum mismatch, Last Line: 3", b"Resend: 4", b"ok")
+    assert desk.sender.state is State.FAILED
+    assert "asked 25 times in vain" in desk.sender.message
+    assert "for 4 of" in desk.sender.message
+
+
+def test_silence_is_probed_with_a_number_that_was_never_used():
+    desk = Desk()
+    assert desk.wait(2.4) == []
+    assert desk.wait(0.2) == ["", *framed(7, "M105")]
+    assert desk.hear(b"ok T:20.0 /0.0")[0] == framed(8, "G1 X4")[0]
+    assert desk.sender.window.acked == 8
+
+
+def test_probes_come_less_and_less_often_and_then_the_job_fails():
+    desk = Desk()
+    probes = [tenth // 10 for tenth in range(400) if desk.wait(0.1)]
+    assert probes == [2, 7, 15, 25]
+    assert desk.sender.state is State.FAILED
+    for words in ("nothing was heard for 30 s", "0 of 100 commands", "last thing heard was 'ok'", "cable"):
+        assert words in desk.sender.message
+
+
+def test_busy_is_a_sign_of_life_and_no_acknowledgement():
+    desk = Desk()
+    for _ in range(600):
+        assert desk.hear(b"echo:busy: processing", after=2) == []
+        assert desk.wait(0) == []
+    assert desk.sender.state is State.RUN
+
+
+def test_temperatures_while_heating_are_signs_of_life():
+    desk = Desk()
+    for _ in range(1200):
+        assert desk.hear(b" T:27.87 /60.00 @:127 W:?", after=1) == []
+        assert desk.wait(0) == []
+    assert desk.sender.state is State.RUN
+
+
+def test_automatic_reports_do_not_hide_a_lost_line():
+    desk = Desk()
+    written = [line for _ in range(4) for line in desk.hear(b" T:20.0 /0.0 @:0", after=1) + desk.wait(0)]
+    assert written == ["", *framed(7, "M105")]
+
+
+def test_reports_without_acknowledgement_end_in_a_failure():
+    desk = Desk(stall_after_s=60)
+    for _ in range(70):
+        desk.hear(b" T:20.0 /0.0 @:0", after=1)
+        desk.wait(0)
+    assert desk.sender.state is State.FAILED
+    assert "no line was acknowledged for 60 s" in desk.sender.message
+
+
+def test_a_doubled_ok_cannot_pass_a_mark():
+    desk = Desk([*MOVES[:2], "M105", *MOVES])
+    desk.hear(b"ok", b"ok", b"ok", b"ok", b"ok")
+    assert desk.sender.window.acked == 5
+    desk.hear(MARK_OK.strip())
+    assert desk.sender.window.acked == 6
+
+
+def test_start_in_the_middle_of_a_job_ends_it():
+    desk = Desk()
+    assert desk.hear(b"start") == []
+    assert desk.sender.state is State.FAILED
+    assert "reset" in desk.sender.message
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["Heating failed, system stopped! Heater_ID: 0", "Printer halted. kill() called!", "MINTEMP triggered"],
+)
+def test_an_error_ends_the_job_with_the_firmwares_own_words(words):
+    desk = Desk()
+    assert desk.hear(b"Error:" + words.encode()) == []
+    assert desk.sender.state is State.FAILED
+    assert words in desk.sender.message
+    assert desk.hear(b"ok") == []
+
+
+@pytest.mark.parametrize("command", ["M410", "M109 S60", "M190 S40", "M0 Insert it"])
+def test_nothing_is_sent_between_some_commands_and_their_ok(command):
+    desk = Desk(["G1 X1", command, *MOVES])
+    assert desk.sender.window.lines == 2
+    assert desk.hear(b"ok") == []
+    assert desk.hear(b"ok")[0] == framed(5, "G1 X0")[0]
+
+
+def test_the_end_waits_for_the_moves_and_for_the_last_mark():
+    desk = Desk(MOVES[:1])
+    assert desk.sender.window.lines == 3  # the move, M400 and a mark
+    desk.hear(b"ok", b"ok", b"ok", b"ok")
+    assert desk.sender.state is State.RUN
+    desk.hear(b"ok T:20.0 /0.0")
+    assert desk.sender.state is State.FINISHED
+
+
+def test_a_controlled_stop_ends_the_queue_and_leaves_the_print():
+    safety = Safety(lift_mm=7, lift_speed_mm_s=5, close_lines=("M42 P4 S0",), stop_lines=("m104 s0 ; off",))
+    desk = Desk(safety=safety)
+    desk.sender.cancel(desk.now)
+    lines = []
+    for _ in range(13):
+        lines += desk.hear(b"ok")
+    assert desk.sender.state is State.STOP
+    desk.hear(b"ok T:20.0 /0.0")
+    assert desk.sender.state is State.STOPPED
+    assert lines.pop(0) == "M108"
+    commands = [line.split("*")[0].split(maxsplit=1)[1] for line in lines]
+    assert commands == ["M400", "M83", "M42 P4 S0", "G91", "G0 Z7 F300", "G90", "M104 S0", "M400", "M105"]
+
+
+def test_a_stop_during_a_resend_still_sends_what_was_numbered():
+    desk = Desk()
+    desk.hear(b"Resend: 4", b"ok")
+    desk.sender.cancel(desk.now)
+    lines = desk.written() + desk.hear(b"ok", b"ok", b"ok")
+    assert lines[:4] == ["M108", *framed(5, "G1 X2", "G1 X3", "M400")]
+
+
+def test_abort_sends_m112_and_nothing_else():
+    desk = Desk()
+    desk.sender.abort(desk.now)
+    assert desk.written() == ["", "M112"]
+    assert desk.hear(b"ok", b"ok") == []
+    desk.hear(b"Error:Printer halted. kill() called!")
+    assert desk.sender.state is State.KILLED
+    assert "confirms" in desk.sender.message
+
+
+def test_an_abort_that_is_not_confirmed_says_so():
+    desk = Desk()
+    desk.sender.abort(desk.now)
+    desk.wait(3)
+    assert desk.sender.state is State.KILLED
+    assert "did not confirm" in desk.sender.message
+
+
+def test_pause_and_resume_by_the_printer():
+    desk = Desk()
+    desk.hear(b"//action:pause")
+    assert desk.hear(b"ok", b"ok", b"ok", b"ok") == []
+    assert desk.hear(b"//action:resume")[:1] == framed(7, "G1 X4")
+
+
+def test_cancel_by_the_printer():
+    desk = Desk()
+    desk.hear(b"//action:cancel")
+    assert desk.sender.state is State.STOP
+
+
+def test_a_prompt_is_shown():
+    desk = Desk()
+    desk.hear(b"//action:prompt_begin Insert the syringe")
+    assert "Insert the syringe" in desk.sender.heard.messages[-1]
+
+
+def test_temperatures_are_asked_for_now_and_then():
+    sender = Sender(MOVES, Settings(poll_s=5), 0.0)
+    sender.receive([b"start", MARK_OK], 0.0)
+    sender.take_output()
+    sender.receive([b"ok"], 5.1)
+    assert sender.take_output() == frame(6, "M105")

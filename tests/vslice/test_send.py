@@ -1,0 +1,318 @@
+"""``vslice send`` and its neighbours as a user runs them; a whole real job, from grid to printed path."""
+
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager, nullcontext
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import profiles
+import vslice.cli
+from printer import Settings, read_program
+from printer.dry_run import dry_run
+from printer.emulator.firmware import Firmware, Options
+from printer.emulator.pty import PtyPrinter
+from printer.journal import journal_path, read_journal
+from printer.ports import PortInfo, port_lock
+from slicer import grid
+from slicer.hatch import hatch
+from vslice.commands.send import settings_of
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "ihc_8x8.json"
+PROGRAM = ["M302 P1", "G21", "G90", "M83", "G0 X0 Z0.2 F6000"] + [
+    line
+    for k in range(300)
+    for line in (f";TOOLPATH {k}", f"G0 X{k % 5} Z{0.2 + k // 5 / 10:g}", f"G1 X{k % 5 + 0.5:g} E0.05 F600")
+]
+
+
+@pytest.fixture
+def run(capsysbinary, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+    def call(*words):
+        with pytest.raises(SystemExit) as ended:
+            vslice.cli.main([str(word) for word in words])
+        out, err = capsysbinary.readouterr()
+        return ended.value.code, out.decode(), err.decode()
+
+    return call
+
+
+@pytest.fixture
+def part(tmp_path):
+    file = tmp_path / "part.gcode"
+    file.write_text("\n".join(PROGRAM))
+    return file
+
+
+@contextmanager
+def emulated(fast=True, **options):
+    printer = PtyPrinter(Firmware(Options(**options)), fast)
+    server = threading.Thread(target=printer.serve, daemon=True)
+    server.start()
+    try:
+        yield printer
+    finally:
+        printer.stop()
+        server.join(timeout=10)
+        printer.close()
+
+
+QUICK = ("--set", "printer.boot_wait_s=0.1")
+
+
+@pytest.mark.parametrize("profile", ["marlin-generic", "marlin-syringe"])
+def test_a_real_job_prints_the_hatch_lines_of_its_grid(run, profile):
+    assert run(EXAMPLE, "-o", "part.gcode", "-p", profile)[0] == 0
+    code, out, _ = run("send", "part.gcode", "--dry-run", "-p", profile)
+    assert code == 0
+    assert re.search(r"warnings +0", out)
+
+    machine = profiles.load(profile)
+    text = Path("part.gcode").read_text()
+    shift = [float(value) for value in re.search(r"; vslice shift_mm = (\S+) (\S+)", text).groups()]
+    moves = dry_run(read_program(Path("part.gcode")), settings_of(machine)).path.moves
+    printed = [
+        [(before.x - shift[0], before.z - shift[1]), (after.x - shift[0], after.z - shift[1])]
+        for before, after in pairwise(moves)
+        if after.e > 0 and (before.x, before.z) != (after.x, after.z)
+    ]
+    wanted = hatch(grid.read(EXAMPLE)).segments
+    assert len(printed) == len(wanted)
+    either_way = np.array([printed, [line[::-1] for line in printed]])
+    found = set()
+    for segment in wanted:
+        distance = np.abs(either_way - segment).max(axis=(2, 3)).min(axis=0)
+        assert distance.min() < 2e-3
+        found.add(int(distance.argmin()))
+    assert len(found) == len(wanted)
+
+
+def test_a_dry_run_says_what_the_printer_would_have_done(run, part):
+    code, out, _ = run("send", part, "--dry-run", "--no-check")
+    assert code == 0
+    assert re.search(r"lines +605 of 605 commands", out)
+    assert re.search(r"position +X 4\.500 +Y 0\.000 +Z 6\.100", out)
+    assert re.search(r"material +15\.00 mm", out)
+    assert not journal_path(part).exists()
+
+
+def test_a_dry_run_repeats_the_printers_warnings(run, part):
+    part.write_text("\n".join(PROGRAM[1:]))
+    _, out, _ = run("send", part, "--dry-run", "--no-check")
+    assert re.search(r"warnings +300", out)
+    assert "cold extrusion prevented" in out
+
+
+def test_sending_prints_everything_and_says_so_in_plain_lines(run, part):
+    with emulated() as printer:
+        code, out, err = run("send", part, "--port", printer.path, "--no-check", *QUICK)
+    assert (code, out) == (0, "")
+    assert "100 %  finished  line 905/905" in err
+    assert "605 of 605 commands" in err
+    assert printer.firmware.path.material == pytest.approx(15)
+    assert read_journal(journal_path(part)).finished
+
+
+def test_a_program_that_the_check_refuses_is_not_sent(run, part):
+    part.write_text("\n".join([*PROGRAM, "G1 X999 E1"]))
+    code, _, err = run("send", part, "--port", "/dev/no-such-port")
+    assert code == 1
+    assert "cannot be printed on this machine; nothing was sent" in err
+    assert "--no-check" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "complaint"),
+    [
+        (["send"], 2, "Which program?"),
+        (["send", "missing.gcode", "--port", "marlin://"], 2, "missing.gcode"),
+        (["send", "part.gcode", "--port", "/dev/no-such-port", "--no-check"], 1, "cannot be opened"),
+        (["send", "part.gcode", "--port", "marlin://?corrpt=1", "--no-check"], 1, "corrpt"),
+        (["send", "part.gcode", "--no-check", "-p", "no-such"], 2, "no-such"),
+        (["send", "part.gcode", "--resume"], 1, "there is no journal"),
+        (["send", "--resume"], 2, "Interrupted jobs in this folder: none"),
+        (["emulate", "--faults", "fault=fire@3"], 1, "KIND@LINE"),
+    ],
+    ids=str,
+)
+def test_wrong_use(run, part, words, code, complaint):
+    ended, _, err = run(*words)
+    assert (ended, complaint in err) == (code, True), err
+
+
+def test_a_line_that_marlin_cannot_take_is_named(run, part):
+    part.write_text("G28\nM117 " + "x" * 99)
+    code, _, err = run("send", part, "--port", "/dev/no-such-port", "--no-check")
+    assert code == 2
+    assert "part.gcode: line 2" in err
+
+
+def test_a_failure_is_reported_and_resumed(run, part):
+    faults = Options().faults
+    faults.script("disconnect@300")
+    with emulated(faults=faults) as printer:
+        code, _, err = run("send", part, "--port", printer.path, "--no-check", *QUICK)
+        assert code == 1
+        assert "connection broke" in err
+        assert "'vslice send --resume part.gcode' goes on" in err
+        journal = read_journal(journal_path(part))
+        assert journal.ended == "failed"
+    printer = PtyPrinter(printer.firmware, fast=True)
+    server = threading.Thread(target=printer.serve, daemon=True)
+    printer.firmware.connected = True
+    server.start()
+    code, _, err = run("send", "--resume", "--port", printer.path, "--yes", *QUICK)
+    printer.stop()
+    server.join(timeout=10)
+    printer.close()
+    assert code == 0, err
+    assert f"acknowledged up to line {journal.acknowledged_line}, job failed" in err
+    assert re.search(r"Going back to line \d+, where toolpath \d+ begins", err)
+    assert read_journal(journal_path(part)).finished
+    moves = printer.firmware.path.moves
+    assert moves[-1].x == pytest.approx(4.5)
+    assert moves[-1].z == pytest.approx(6.1)
+
+
+def test_resuming_asks_first(run, part, monkeypatch):
+    with emulated() as printer:
+        run("send", part, "--port", printer.path, "--no-check", *QUICK)
+        path = journal_path(part)
+        path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
+        before = printer.firmware.path.count
+        monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
+        code, _, err = run("send", "--resume", part, *QUICK)
+    assert code == 130, err
+    assert "The nozzle will move" in err
+    assert printer.firmware.path.count == before
+
+
+def test_a_second_sender_on_the_same_port_is_refused(run, part):
+    with emulated() as printer, port_lock(printer.path):
+        code, _, err = run("send", part, "--port", printer.path, "--no-check", *QUICK)
+    assert code == 1
+    assert "in use by another sender" in err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
+@pytest.mark.parametrize(("signals", "state"), [(1, "stopped"), (2, "halted")])
+def test_ctrl_c(part, tmp_path, signals, state):
+    with emulated(fast=False) as printer:
+        words = ["send", str(part), "--port", printer.path, "--no-check", *QUICK]
+        sender = subprocess.Popen(
+            [sys.executable, "-c", "from vslice.cli import main; main()", *words],
+            cwd=ROOT,
+            env={**os.environ, "XDG_STATE_HOME": str(tmp_path / "state")},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        wait_until(lambda: printer.firmware.path.count > 20)
+        for _ in range(signals):
+            sender.send_signal(signal.SIGINT)
+            if signals == 2:
+                wait_until(lambda: read_journal(journal_path(part)).acknowledged_line > 0)
+                time.sleep(0.3)  # two signals at once are one; the stop takes much longer than this
+        _, err = sender.communicate(timeout=60)
+        assert sender.returncode == 130, err
+        assert f"part.gcode: {state}:" in err
+        assert "send --resume" in err
+        wait_until(lambda: printer.firmware.halted or printer.firmware.idle)
+        assert printer.firmware.halted == (signals == 2)
+        if signals == 1:
+            moves = printer.firmware.path.moves
+            assert moves[-1].z == pytest.approx(moves[-3].z + 10)
+    assert read_journal(journal_path(part)).ended == state
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_emulate_is_a_printer_until_it_is_interrupted(tmp_path, part, run, how):
+    link = tmp_path / "port"
+    words = ["emulate", "--fast", "--link", str(link), "--faults", "corrupt=3e-4"]
+    emulator = subprocess.Popen(
+        [sys.executable, "-c", "from vslice.cli import main; main()", *words],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert emulator.stdout.readline().strip() == os.readlink(link)
+    code, _, err = run("send", part, "--port", link, "--no-check", *QUICK)
+    emulator.send_signal(how)
+    _, told = emulator.communicate(timeout=30)
+    assert code == 0, err
+    assert emulator.returncode == 0
+    assert "600 moves, 15.00 mm of E" in told
+    assert not link.is_symlink()
+
+
+def wait_until(true, seconds=30):
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "it never happened"
+        time.sleep(0.02)
+
+
+def test_ports_lists_what_there_is(run, monkeypatch):
+    found = [PortInfo("/dev/ttyUSB0", "USB Serial", "1a86:7523"), PortInfo("/dev/ttyS0", "n/a", "")]
+    monkeypatch.setattr("printer.ports.list_serial_ports", lambda: found)
+    code, out, _ = run("ports")
+    assert code == 0
+    assert out.splitlines()[0].split() == ["/dev/ttyUSB0", "1a86:7523", "USB", "Serial"]
+    monkeypatch.setattr("printer.ports.list_serial_ports", list)
+    code, out, err = run("ports")
+    assert (code, out) == (0, "")
+    assert "No serial ports" in err
+
+
+def test_the_only_port_is_offered(run, part, monkeypatch):
+    with emulated() as printer:
+        only = PortInfo(printer.path, "USB Serial", "1a86:7523")
+        monkeypatch.setattr("printer.ports.list_serial_ports", lambda: [only])
+        code, _, err = run("send", part, "--no-check", *QUICK)
+        assert code == 2  # without a terminal nobody can agree
+        assert printer.path in err
+        monkeypatch.setattr(
+            "sys.stdin", type("Terminal", (), {"isatty": lambda self: True, "fileno": None})()
+        )
+        monkeypatch.setattr("click.confirm", lambda *_, **__: True)
+        monkeypatch.setattr("vslice.commands.send.keys", lambda _: nullcontext())
+        code, _, err = run("send", part, "--no-check", *QUICK)
+        assert code == 0, err
+        assert printer.firmware.path.material == pytest.approx(15)
+
+
+def test_the_console_shows_replies(run, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("m114 ; where\n\nFOO\n"))
+    with emulated() as printer:
+        code, out, _ = run("console", "--port", printer.path)
+    assert code == 0
+    assert "X:0.00 Y:0.00 Z:0.00 E:0.00 Count" in out
+    assert 'echo:Unknown command: "FOO"' in out
+
+
+def test_a_profile_becomes_settings():
+    settings = settings_of(
+        profiles.load("marlin-pneumatic", ["printer.window_lines=2", "motion.travel_speed_mm_s=7.0"])
+    )
+    profile = profiles.load("marlin-pneumatic")
+    assert isinstance(settings, Settings)
+    assert settings.window_lines == 2
+    assert settings.safety.travel_speed_mm_s == 7
+    assert settings.safety.close_lines == tuple(profiles.render(profile.gcode.valve_close, profile.values))
+    assert settings.safety.home_lines == profile.printer.resume_home_lines
+    generic = settings_of(profiles.load("marlin-generic"))
+    assert any(line.startswith("G1 E-") for line in generic.safety.close_lines)

@@ -1,0 +1,71 @@
+"""``vslice console``: type commands to a printer and see its replies."""
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import closing, suppress
+
+import click
+
+from vslice.session import common, say
+
+
+@click.command("console", epilog="Example: vslice console --port /dev/ttyUSB0")
+@click.option("--port", required=True, metavar="PORT", help="A device, socket://HOST:PORT, marlin:// ..")
+@click.option("--baud", type=int, default=115200, show_default=True, help="Bits per second.")
+@common
+def command(port: str, baud: int) -> None:
+    """Type commands to a printer and see its replies; end with Ctrl-D.
+
+    Commands go as they are typed, in upper case and without line numbers. The history is kept.
+    """
+    import serial
+
+    from printer.ports import open_port, port_lock
+    from printer.protocol import clean
+
+    with port_lock(port), closing(open_port(port, baud)) as line:
+        closed = threading.Event()
+
+        def listen() -> None:
+            rest = b""
+            while not closed.is_set():
+                try:
+                    data = line.read(line.in_waiting or 1)
+                except (serial.SerialException, OSError) as error:
+                    if not closed.is_set():
+                        say(f"The connection broke: {error}")
+                    return
+                *lines, rest = (rest + data).split(b"\n")
+                for reply in lines:
+                    click.echo(reply.decode(errors="replace").rstrip("\r"))
+
+        listener = threading.Thread(target=listen, name="replies", daemon=True)
+        listener.start()
+        try:
+            for text in _typed():
+                if command_text := clean(text):
+                    line.write(command_text.encode() + b"\n")
+        finally:
+            # What the last command makes the printer say still comes, if it comes soon.
+            listener.join(timeout=0.5)
+            closed.set()
+            listener.join(timeout=2)
+
+
+def _typed() -> Iterator[str]:
+    """The user's lines: with editing and history on a terminal, else as they come."""
+    if not sys.stdin.isatty():
+        yield from sys.stdin
+        return
+    from prompt_toolkit import PromptSession
+    from prompt_toolkit.history import FileHistory
+    from prompt_toolkit.patch_stdout import patch_stdout
+
+    from printer.ports import state_folder
+
+    state_folder().mkdir(parents=True, exist_ok=True)
+    session: PromptSession[str] = PromptSession(history=FileHistory(str(state_folder() / "console-history")))
+    with patch_stdout(), suppress(EOFError, KeyboardInterrupt):
+        while True:
+            yield session.prompt("> ")
