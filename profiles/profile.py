@@ -124,7 +124,9 @@ class Printer(_Section):
     window_bytes: Annotated[int, Field(strict=True, ge=96)] = Field(
         127, description="Most bytes sent and not yet acknowledged."
     )
-    probe_after_s: Positive = Field(2.0, description="Silence after which the printer is asked for a sign.")
+    probe_after_s: Positive = Field(
+        2.5, description="Silence after which the printer is asked; Marlin says busy every 2 s."
+    )
     give_up_after_s: Positive = Field(30.0, description="Silence after which the job fails.")
     boot_wait_s: NotNegative = Field(
         3.0, description="How long to wait for a printer that resets on opening."

@@ -41,6 +41,12 @@ def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
     return njit(cache=True, **flags)(function)
 
 
+def is_kept(compiled: Callable[..., Any]) -> bool:
+    """Whether the machine code of a kernel is on disk, so that it need not be compiled again."""
+    name = compiled.__module__.rpartition(".")[2]
+    return any(Path(cast(Any, compiled).stats.cache_path).glob(f"{name}.{compiled.__name__}-*.nbi"))
+
+
 @cache
 def _forget_outdated(package: Path) -> None:
     """Drop kept machine code that is older than any source of the package.

@@ -64,5 +64,3 @@ def assert_same_print(before, after, toolpaths=60):
     assert after == all_of_it[len(all_of_it) - len(after) :]
     assert len(before) + len(after) >= len(all_of_it)
     return len(before) + len(after) - len(all_of_it)
-
-

@@ -22,6 +22,8 @@ COMMANDS = {
     "ports": "List the serial ports of this machine.",
     "console": "Type commands to a printer and see its replies.",
     "emulate": "Be a printer on a pseudo-terminal, for other hosts and for learning.",
+    "compare": "Compare the methods of ordering on one sheet.",
+    "paper": "Reproduce the source paper's table and figures.",
     "profiles": "List and show the machines that vslice knows.",
     "grid-schema": "Print the JSON Schema of a grid file.",
 }

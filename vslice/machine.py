@@ -31,6 +31,18 @@ def profile_for(moves: Sequence[Move], name: str | None, overrides: tuple[str, .
     return own, profiles.load(own, (*_settings(facts), *overrides))
 
 
+def read_profile(path: Path, name: str | None, overrides: tuple[str, ...]) -> tuple[str, Profile]:
+    """The machine of a G-code file alone; see ``profile_for``.
+
+    Raises:
+        ParseError: the file cannot be read, or is no G-code of the kind that is read here.
+        ProfileError: no such profile, or a setting that is wrong.
+    """
+    if name is not None:
+        return name, profiles.load(name, overrides)
+    return profile_for(read_moves(path), None, overrides)
+
+
 def _settings(facts: Mapping[str, str]) -> list[str]:
     try:
         found = json.loads(facts.get("settings", "[]"))

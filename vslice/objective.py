@@ -1,9 +1,19 @@
 """From a machine to what a sequence is optimised for."""
 
+from typing import cast, get_args
+
 import numpy as np
 
 from profiles import Profile
 from slicer.sequence.cost import Objective, ObjectiveName
+
+
+def objective_name(text: str) -> ObjectiveName:
+    """An option's text as the name of an objective."""
+    for name in get_args(ObjectiveName):
+        if name == text:
+            return cast(ObjectiveName, name)
+    raise ValueError(f"there is no objective '{text}'")
 
 
 def objective_of(profile: Profile, name: ObjectiveName) -> Objective:

@@ -35,6 +35,35 @@ set_option: Decorator = click.option(
     help="Change one setting of the profile; repeatable.",
 )
 
+effort_option: Decorator = click.option(
+    "--effort",
+    type=click.Choice(["quick", "default", "high"]),
+    default="default",
+    show_default=True,
+    help="How long to search for a good order.",
+)
+
+start_option: Decorator = click.option(
+    "--start",
+    type=click.Choice(["corner", "free"]),
+    default="corner",
+    show_default=True,
+    help="Begin with the lowest toolpath of the bottom left tile, at its lower end, or wherever is best.",
+)
+
+
+def objective_option(default: str) -> Decorator:
+    """--objective with its default."""
+    return click.option(
+        "--objective",
+        type=click.Choice(["straight", "routed", "time"]),
+        default=default,
+        show_default=True,
+        help="What the order minimises: the paper's straight travel J, the travel over what is printed, "
+        "or its seconds on this machine.",
+    )
+
+
 grid_argument: Decorator = click.argument("grid_file", metavar="GRID.json", type=click.Path(path_type=Path))
 
 

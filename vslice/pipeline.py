@@ -1,6 +1,7 @@
 """The main job, grid file to program: what ``slice`` writes and ``send`` streams."""
 
 import json
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +17,10 @@ from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
 from slicer.sequence import Problem, Result
+from slicer.sequence.method import Progress
 from slicer.travel import Plan
 from vslice import __version__
+from vslice.objective import objective_name, objective_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,19 @@ class Sliced:
         return travel.straight_mm(self.lines.segments)
 
 
+@dataclass(frozen=True)
+class Search:
+    """How an order of toolpaths is looked for; see ``sequence.solve``."""
+
+    method: str = "auto"
+    effort: str = "default"
+    objective: str = "time"
+    start: str = "corner"
+    seed: int = 0
+    time_limit_s: float | None = None
+    workers: int = 1
+
+
 def hatched(sheet: Grid) -> Hatch:
     """The toolpaths of a grid.
 
@@ -88,19 +104,34 @@ def slice_grid(
     profile_name: str,
     overrides: tuple[str, ...],
     *,
-    method: str,
-    start: str,
-    seed: int,
+    search: Search,
     step: Callable[[str], None],
+    progress: Callable[[Progress], None] | None = None,
 ) -> Sliced:
-    """Turn a grid file into a program; ``step`` is told what begins."""
+    """Turn a grid file into a program.
+
+    Args:
+        grid_file: - is standard input.
+        step: told what begins.
+        progress: told how the search for an order goes.
+    """
     profile = profiles.load(profile_name, overrides)
     step("reading")
-    sheet = grid.read(grid_file)
+    piped = str(grid_file) == "-"
+    sheet = grid.loads(sys.stdin.read(), source="standard input") if piped else grid.read(grid_file)
     step("hatching")
     lines = hatched(sheet)
     step("sequencing")
-    result = sequence.solve(problem_of(lines.segments, start), method=method, seed=seed)
+    result = sequence.solve(
+        problem_of(lines.segments, search.start),
+        method=search.method,
+        effort=search.effort,
+        time_limit_s=search.time_limit_s,
+        seed=search.seed,
+        objective=objective_of(profile, objective_name(search.objective)),
+        workers=search.workers,
+        progress=progress,
+    )
     step("routing")
     clearance = profile.motion.clearance_mm
     plan = travel.plan(lines.segments, result.order, result.flipped, clearance_mm=clearance)
@@ -112,7 +143,9 @@ def slice_grid(
         "grid_sha256": sheet.sha256,
         "profile": profile_name if profile_name in profiles.shipped() else Path(profile_name).name,
         "method": result.method,
-        "seed": str(seed),
+        "objective": search.objective,
+        "effort": search.effort + (" (ended early)" if result.stopped else ""),
+        "seed": str(search.seed),
         "toolpaths": str(len(lines.segments)),
         "travel_straight_mm": f"{plan.straight_mm:.3f}",
         "travel_routed_mm": f"{plan.routed_mm:.3f}",

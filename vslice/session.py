@@ -60,45 +60,69 @@ def say(text: str) -> None:
         click.echo(text, err=True)
 
 
-def _spoken() -> Iterator[Callable[[str], None]]:
-    began = time.perf_counter()
-    current = ""
+class Steps:
+    """What a command tells of its progress; this one keeps it to itself."""
 
-    def step(name: str) -> None:
-        nonlocal began, current
+    def __call__(self, name: str) -> None:
+        """The step of this name begins."""
+
+    def detail(self, text: str) -> None:
+        """How the step is going."""
+
+
+class _Spoken(Steps):
+    """A line for each step with the time that it took."""
+
+    def __init__(self) -> None:
+        self._began = time.perf_counter()
+        self._name = ""
+
+    def __call__(self, name: str) -> None:
         now = time.perf_counter()
-        if current:
-            say(f"{current:<12} {now - began:.2f} s")
-        began, current = now, name
+        if self._name:
+            say(f"{self._name:<12} {now - self._began:.2f} s")
+        self._began, self._name = now, name
 
-    yield step
-    step("")
+    def detail(self, text: str) -> None:
+        say(f"  {time.perf_counter() - self._began:8.2f} s  {text}")
+
+
+class _Bar(Steps):
+    """A bar on the terminal."""
+
+    def __init__(self, bar: Any, total: int) -> None:
+        self._bar = bar
+        self._task = bar.add_task("", total=total)
+        self._begun = 0
+        self._name = ""
+
+    def __call__(self, name: str) -> None:
+        self._name = name
+        self._bar.update(self._task, description=name, completed=self._begun)
+        self._begun += 1
+
+    def detail(self, text: str) -> None:
+        self._bar.update(self._task, description=f"{self._name}, {text}")
 
 
 @contextmanager
-def progress(total: int) -> Iterator[Callable[[str], None]]:
+def progress(total: int) -> Iterator[Steps]:
     """A bar on stderr with ``total`` steps; call what it gives with the name of each step as it begins.
 
     Where stderr is no terminal, or the user wants quiet, there is none. With -v there are lines instead,
     each with the time that its step took.
     """
     if verbose() and not quiet():
-        yield from _spoken()
+        spoken = _Spoken()
+        yield spoken
+        spoken("")
         return
     if quiet() or not sys.stderr.isatty():
-        yield lambda _: None
+        yield Steps()
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description:<12}"), BarColumn(), TimeElapsedColumn())
+    columns = (BarColumn(bar_width=24), TimeElapsedColumn(), TextColumn("{task.description}"))
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=total)
-        begun = 0
-
-        def step(name: str) -> None:
-            nonlocal begun
-            bar.update(task, description=name, completed=begun)
-            begun += 1
-
-        yield step
+        yield _Bar(bar, total)

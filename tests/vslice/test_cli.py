@@ -35,7 +35,7 @@ def run(capsysbinary, monkeypatch, tmp_path):
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_real_tissue_is_sliced_and_passes_the_check(run, example, profile):
-    code, out, err = run(example, "-o", "part.gcode", "-p", profile)
+    code, out, err = run(example, "-o", "part.gcode", "-p", profile, "--method", "greedy")
     assert (code, out) == (0, "")
     n = int(re.search(r"toolpaths +(\d+)", err)[1])
     straight, routed = (
@@ -48,12 +48,87 @@ def test_real_tissue_is_sliced_and_passes_the_check(run, example, profile):
 
 
 def test_the_table_says_what_the_head_of_the_program_says(run):
-    _, out, err = run(EXAMPLES[0], "-o", "-")
+    _, out, err = run(EXAMPLES[3], "-o", "-", "--effort", "quick")
     head = dict(re.findall(r"^; vslice (\w+) = (.*)$", out, re.M))
     assert head["toolpaths"] in re.search(r"toolpaths +(\d+)", err)[1]
     assert head["travel_straight_mm"] in err
     assert head["travel_routed_mm"] in err
     assert re.search(r"saved +\d+\.\d% of the [\d.]+ mm in file order, by " + head["method"], err)
+
+
+def test_the_search_saves_what_greedy_leaves(run):
+    greedy, searched = (
+        float(re.search(r"travel time +([\d.]+) s", run(EXAMPLES[3], "-o", "x.gcode", *words)[2])[1])
+        for words in (["--method", "greedy"], ["--effort", "quick"])
+    )
+    assert searched < 0.7 * greedy
+    code, _, err = run("check", "x.gcode", "--grid", EXAMPLES[3])
+    assert code == 0, err
+
+
+def test_a_search_that_is_ended_early_says_so(run):
+    _, out, err = run(EXAMPLES[1], "-o", "-", "--time-limit", "0.5")
+    assert "ended early" in err
+    assert "; vslice effort = default (ended early)" in out
+
+
+def test_a_grid_can_come_from_standard_input(run, monkeypatch):
+    import io
+
+    monkeypatch.setattr("sys.stdin", io.StringIO(ONE_TILE))
+    code, out, _ = run("-", "-o", "piped.gcode")
+    assert (code, out) == (0, "")
+    assert Path("piped.gcode").exists()
+
+
+def test_progress_is_told_line_by_line_when_asked(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    err = run("sheet.json", "-v")[2]
+    assert re.search(r"^hatching +\d+\.\d\d s$", err, re.M)
+    assert re.search(r"^sequencing +\d+\.\d\d s$", err, re.M)
+
+
+def test_slice_and_send_in_one_go(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    code, _, err = run(
+        "sheet.json", "-o", "part.gcode", "-p", "marlin-syringe", "--send", "--port", "marlin://?clock=fast"
+    )
+    assert code == 0, err
+    assert "sent" in err
+    assert run("sheet.json", "--port", "x")[0] == 2
+    assert run("sheet.json", "-o", "-", "--send")[0] == 2
+
+
+def test_compare_prints_a_table_and_draws(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    words = ["compare", "sheet.json", "--seeds", "2", "--effort", "quick", "--methods"]
+    code, out, _ = run(*words, "greedy,auto", "--plot", "gap.png")
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[0].startswith("| method | J mean | J best |")
+    assert [line.split("|")[1].strip() for line in lines[2:]] == ["greedy", "auto"]
+    assert Path("gap.png").read_bytes().startswith(b"\x89PNG")
+    assert run(*words, "auto", "-o", "table.csv")[0] == 0
+    assert Path("table.csv").read_text().startswith("method,travel_mean_mm,")
+    assert run(*words, "auto", "-o", "table.json")[0] == 0
+    (row,) = json.loads(Path("table.json").read_text())
+    assert row["gap_percent"] == pytest.approx(0, abs=1e-4)
+    assert run(*words, "atuo")[0] == 2
+    assert run(*words, "auto", "-o", "table.txt")[0] == 2
+
+
+def test_compare_takes_a_reference_instance(run):
+    instance = Path(__file__).parents[1] / "data" / "reference" / "2x2_s1.json"
+    _, out, _ = run("compare", instance, "--methods", "greedy,exact", "--seeds", "1")
+    assert "5.6762" in out
+
+
+def test_paper_prints_both_tables_and_draws_five_figures(run):
+    code, out, _ = run("paper", "-o", "figures", "--seeds", "10", "--grids", "1", "--effort", "quick")
+    assert code == 0
+    assert out.count("| 2x2 |") == 3
+    assert "| 1 of 4x4 | *optimum* (1 of 1 proved) |" in out
+    assert sorted(path.name for path in Path("figures").iterdir()) == [f"figure{k}.png" for k in range(1, 6)]
 
 
 def test_the_program_goes_beside_the_grid_to_a_file_or_to_stdout(run, tmp_path):
@@ -75,7 +150,7 @@ def test_words_may_come_in_any_order(run):
 
 
 def test_the_same_input_gives_the_same_bytes(run):
-    first, second = (run("-q", EXAMPLES[1], "-o", "-")[1] for _ in range(2))
+    first, second = (run("-q", EXAMPLES[2], "-o", "-", "--effort", "quick")[1] for _ in range(2))
     assert first == second
 
 
@@ -98,7 +173,11 @@ def test_beads_that_do_not_fit_are_warned_of(run):
 
 def test_a_free_start_is_no_worse(run):
     corner, free = (
-        float(re.search(r"travel J +([\d.]+)", run(EXAMPLES[2], "-o", "-", "--start", start)[2])[1])
+        float(
+            re.search(
+                r"travel J +([\d.]+)", run(EXAMPLES[2], "-o", "-", "--method", "greedy", "--start", start)[2]
+            )[1]
+        )
         for start in ("corner", "free")
     )
     assert free <= corner
@@ -229,7 +308,7 @@ def test_check_shows_twenty_counts_the_rest_and_speaks_json(run):
 
 def test_check_and_preview_know_the_machine_from_the_program_itself(run):
     words = ["-p", "marlin-pneumatic", "--set", "machine.plane=YZ"]
-    run("-q", EXAMPLES[2], "-o", "part.gcode", *words)
+    run("-q", EXAMPLES[2], "-o", "part.gcode", "--method", "greedy", *words)
     assert run("check", "part.gcode", "--grid", EXAMPLES[2])[0] == 0
     assert run("preview", "part.gcode")[0] == 0
     code, _, err = run("check", "part.gcode", "-p", "marlin-generic", "--grid", EXAMPLES[1])
@@ -319,13 +398,13 @@ def test_slicing_imports_no_matplotlib():
         "try:\n    vslice.cli.main(sys.argv[1:])\nexcept SystemExit as end:\n    assert end.code == 0\n"
         "assert 'matplotlib' not in sys.modules"
     )
-    words = [sys.executable, "-c", script, str(EXAMPLES[0]), "-q", "-o", os.devnull]
+    words = [sys.executable, "-c", script, str(EXAMPLES[0]), "-q", "-o", os.devnull, "--method", "greedy"]
     subprocess.run(words, check=True, capture_output=True)
 
 
 def test_a_reader_that_goes_away_is_no_failure_of_ours():
     script = "import vslice.cli, sys; vslice.cli.main(sys.argv[1:])"
-    words = [sys.executable, "-c", script, str(EXAMPLES[1]), "-q", "-o", "-"]
+    words = [sys.executable, "-c", script, str(EXAMPLES[1]), "-q", "-o", "-", "--method", "greedy"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.read(10)
         process.stdout.close()

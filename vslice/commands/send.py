@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vslice.options import program_profile_option, set_option
 from vslice.progress import Display, clock, keys, shown
 from vslice.session import common, say
 
@@ -26,13 +27,8 @@ MOST = 5  # violations and warnings that are shown one by one
 @click.option(
     "--port", metavar="PORT", help="A device, socket://HOST:PORT, rfc2217://.., spy://PORT, marlin://"
 )
-@click.option(
-    "-p", "--profile", "profile_name", metavar="NAME|FILE.toml",
-    help="The machine: a shipped profile, or a file of your own.  [default: marlin-generic]",
-)  # fmt: skip
-@click.option(
-    "--set", "overrides", multiple=True, metavar="SECTION.KEY=VALUE", help="Change one setting; repeatable."
-)
+@program_profile_option
+@set_option
 @click.option("--dry-run", is_flag=True, help="Run the same code against an emulated printer, time flying.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted job, from its journal.")
 @click.option(
@@ -67,7 +63,7 @@ def command(
     Ctrl-C stops in a controlled way: the queue ends, the nozzle leaves the print, heaters do as the
     profile says. Ctrl-C twice halts the printer at once (M112). The key p pauses and resumes.
     """
-    import profiles
+    from vslice.machine import read_profile
 
     if resume:
         entry = _interrupted(program_file)
@@ -77,8 +73,7 @@ def command(
         raise click.UsageError(
             "Which program? Give PART.gcode, or --resume to go on with an interrupted job."
         )
-    profile_name = profile_name or "marlin-generic"
-    profile = profiles.load(profile_name, overrides)
+    profile_name, profile = read_profile(program_file, profile_name, overrides)
     given: dict[str, Any] = {
         "baud": baud, "window_lines": window_lines,
         "probe_after_s": probe_after, "give_up_after_s": give_up_after,
@@ -95,6 +90,11 @@ def command(
     else:
         code = stream_program(program_file, port, settings, profile_name)
     click.get_current_context().exit(code)
+
+
+def send_file(program_file: Path, port: str | None, profile: "Profile", profile_name: str) -> int:
+    """Stream a program that has been checked, to the only port where none is named; the exit code."""
+    return stream_program(program_file, port or _only_port(), settings_of(profile), profile_name)
 
 
 def settings_of(profile: "Profile") -> "Settings":

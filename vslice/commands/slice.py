@@ -8,10 +8,21 @@ from typing import TYPE_CHECKING
 import click
 
 from vslice import output
-from vslice.options import grid_argument, is_stdout, not_onto_input, output_option, profile_option, set_option
+from vslice.options import (
+    effort_option,
+    grid_argument,
+    is_stdout,
+    not_onto_input,
+    objective_option,
+    output_option,
+    profile_option,
+    set_option,
+    start_option,
+)
 from vslice.session import common, progress, say
 
 if TYPE_CHECKING:  # it imports all that is heavy
+    from slicer.sequence.method import Progress
     from vslice.pipeline import Sliced
 
 
@@ -23,15 +34,17 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @output_option("G-code file; - is stdout. By default GRID.gcode beside the grid.")
 @profile_option
 @set_option
-@click.option("--method", default="greedy", show_default=True, help="How the toolpaths are ordered.")
+@click.option("--method", default="auto", show_default=True, help="How the toolpaths are ordered.")
+@effort_option
+@objective_option("time")
+@start_option
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="For random numbers.")
+@click.option("--time-limit", "time_limit_s", type=float, metavar="S", help="End the search early.")
 @click.option(
-    "--start",
-    type=click.Choice(["corner", "free"]),
-    default="corner",
-    show_default=True,
-    help="Begin with the lowest toolpath of the bottom left tile, at its lower end, or wherever is best.",
+    "--workers", default=1, show_default=True, type=click.IntRange(1), help="Processes to search with."
 )
-@click.option("--seed", default=0, show_default=True, help="For methods that draw random numbers.")
+@click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")
+@click.option("--port", metavar="PORT", help="With --send: as for 'vslice send'.")
 @common
 def command(
     grid_file: Path,
@@ -39,21 +52,40 @@ def command(
     profile_name: str,
     overrides: tuple[str, ...],
     method: str,
+    effort: str,
+    objective: str,
     start: str,
     seed: int,
+    time_limit_s: float | None,
+    workers: int,
+    send: bool,
+    port: str | None,
 ) -> None:
-    """Turn a grid of fibre angles into G-code.
+    """Turn a grid of fibre angles into G-code; - reads the grid from standard input.
 
     Toolpaths are hatched into the tiles, put into an order in which each is laid after all that lies
-    below it, and joined by travels that pass over what is printed.
+    below it, and joined by travels that pass over what is printed. Ctrl-C ends the search for an order
+    and goes on with the best one found.
     """
-    target = None if is_stdout(out) else out or grid_file.with_suffix(".gcode")
+    piped = str(grid_file) == "-"
+    target = None if is_stdout(out) or (piped and out is None) else out or grid_file.with_suffix(".gcode")
     not_onto_input(grid_file, target)
-    from vslice.pipeline import slice_grid
+    if port is not None and not send:
+        raise click.UsageError("--port goes with --send.")
+    if send and target is None:
+        raise click.UsageError("--send streams from a file; give it a name with -o.")
+    from vslice.pipeline import Search, slice_grid
 
+    search = Search(method, effort, objective, start, seed, time_limit_s, workers)
     with progress(6) as step:
+        _say_compiling()
         sliced = slice_grid(
-            grid_file, profile_name, overrides, method=method, start=start, seed=seed, step=step
+            grid_file,
+            profile_name,
+            overrides,
+            search=search,
+            step=step,
+            progress=lambda found: step.detail(_so_far(found)),
         )
         step("writing")
         output.write(target, _encoded(sliced.text()))
@@ -64,6 +96,25 @@ def command(
             "See [material] bead_shape, width_mm, height_mm and flow."
         )
     say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
+    if send and target is not None:
+        from vslice.commands.send import check, send_file
+
+        check(target, sliced.profile)
+        click.get_current_context().exit(send_file(target, port, sliced.profile, profile_name))
+
+
+def _say_compiling() -> None:
+    from slicer.kernels import is_kept
+    from slicer.sweep import sweep
+
+    if not is_kept(sweep):  # the first kernel of every job
+        say("Compiling for this machine; this happens once after installation.")
+
+
+def _so_far(found: "Progress") -> str:
+    """The state of a search, short enough for a line."""
+    bound = f", at least {found.lower_bound:.2f}" if found.lower_bound else ""
+    return f"{found.stage}: {found.cost:.2f}{bound}"
 
 
 def _rows(sliced: "Sliced") -> dict[str, str]:
@@ -74,14 +125,21 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     room = sliced.room_ul
     before = sliced.in_file_order_mm
     saved = 1 - plan.straight_mm / before if before else 0.0
+    result = sliced.result
+    early = ", ended early" if result.stopped else ""
+    known = ""
+    if result.lower_bound_mm is not None:
+        known = "  (the least possible)" if result.proved else f"  (at least {result.lower_bound_mm:.3f})"
+    time_of_travel = {"travel time": f"{result.cost:.1f} s"} if result.objective == "time" else {}
     return {
         "toolpaths": f"{len(plan.toolpaths)}{dropped}",
         "printed length": f"{plan.printed_mm:.1f} mm",
-        "straight travel J": f"{plan.straight_mm:.3f} mm",
+        "straight travel J": f"{plan.straight_mm:.3f} mm{known}",
         "routed travel": f"{plan.routed_mm:.3f} mm",
+        **time_of_travel,
         "material": f"{made.material_ul:.1f} µL{feed}, {made.material_ul / room:.0%} of the room for it",
         "estimated time": f"{math.ceil(made.seconds)} s",
-        "saved": f"{saved:.1%} of the {before:.1f} mm in file order, by {sliced.result.method}",
+        "saved": f"{saved:.1%} of the {before:.1f} mm in file order, by {result.method}{early}",
     }
 
 

@@ -1,0 +1,39 @@
+"""``vslice paper``: the source paper's table and figures, and the table that it does not have."""
+
+from pathlib import Path
+
+import click
+
+from vslice.options import effort_option
+from vslice.session import common, progress, say
+
+
+@click.command("paper", epilog="Example: vslice paper -o paper/ --seeds 500 > paper.md")
+@click.option(
+    "-o", "--output", "folder", type=click.Path(path_type=Path), default=Path("paper"), show_default=True,
+    help="Folder for the figures.",
+)  # fmt: skip
+@click.option(
+    "--seeds", default=500, show_default=True, type=click.IntRange(10), help="Random walks for Table 1."
+)
+@click.option("--grids", default=5, show_default=True, type=click.IntRange(1), help="Grids for the methods.")
+@effort_option
+@common
+def command(folder: Path, seeds: int, grids: int, effort: str) -> None:
+    """Reproduce the source paper on grids of its random walk.
+
+    Prints, in Markdown, its Table 1 beside the distribution over many seeds, and the table that it does
+    not have: the proven optimum and every method on the same grids. Draws its Figures 1 to 5.
+    """
+    from vslice import reproduction
+
+    folder.mkdir(parents=True, exist_ok=True)
+    with progress(3) as step:
+        step("Table 1")
+        tables = [reproduction.table_one(seeds)]
+        step("methods")
+        tables.append(reproduction.table_of_methods(grids, effort))
+        step("figures")
+        names = reproduction.draw_figures(folder)
+    click.echo("\n\n".join(tables))
+    say(f"figures {', '.join(names)} written to {folder}")
