@@ -4,10 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.cost import direct_cost
+from slicer.sequence.cost import Objective, direct_cost
 from slicer.sequence.greedy import greedy
 from slicer.sequence.method import Options, Progress
 from slicer.sequence.problem import Problem
+from slicer.sequence.routed import routed_sum
 
 
 class Incumbent:
@@ -22,14 +23,14 @@ class Incumbent:
     def __init__(self, problem: Problem, options: Options) -> None:
         self._options = options
         self._segments = problem.segments
-        self._parameters = options.objective.parameters()
+        self._objective = options.objective
         self.oriented = options.initial if options.initial is not None else greedy(problem, options).oriented
         self.cost = self.price(self.oriented)
         self.lower_bound = 0.0
 
     def price(self, oriented: NDArray[np.int32]) -> float:
         """What a sequence costs."""
-        return direct_sum(self._segments, self._parameters, oriented)
+        return sequence_cost(self._segments, self._objective, oriented)
 
     def offer(self, oriented: NDArray[np.int32] | None) -> bool:
         """Take a sequence if it is cheaper."""
@@ -55,6 +56,13 @@ class Incumbent:
         if self._options.progress is not None:
             bound = self.lower_bound if bounded else None
             self._options.progress(Progress(stage, self.cost, bound))
+
+
+def sequence_cost(segments: NDArray[np.float64], objective: Objective, oriented: NDArray[np.int32]) -> float:
+    """What a printable sequence costs under an objective, mm or s."""
+    if objective.routed:
+        return routed_sum(segments, objective.parameters(), oriented)
+    return direct_sum(segments, objective.parameters(), oriented)
 
 
 @bare_kernel
