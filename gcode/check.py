@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gcode.envelope import replay
 from gcode.errors import ParseError
 from gcode.feeding import check_feeding
+from gcode.head import read_head
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
@@ -63,6 +64,7 @@ def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Repo
     feeding, printing = check_feeding(moves, profile)
     laid, segments = _motions(moves, printing)
     violations = feeding + _volume(moves, profile) + _speeds(moves, profile) + _plane(laid)
+    violations += _incomplete(moves, sum(stroke.prints for stroke in laid))
     # Two uprights of one x, as far as three decimals tell, may in truth pass beside each other.
     violations += _collisions(laid, segments, same_x=0.0 if grid is None else -1.0)
     if grid is not None:
@@ -113,6 +115,17 @@ def _collisions(laid: list[Stroke], segments: NDArray[np.float64], same_x: float
             )
         )
     return found
+
+
+def _incomplete(moves: list[Move], extrusions: int) -> list[Violation]:
+    """A program that prints nothing, or less than its head speaks of."""
+    if extrusions == 0:
+        return [Violation(0, "missing", "nothing is extruded in it; is the profile the right one?")]
+    said = read_head(moves).get("toolpaths", "")
+    if said.isdigit() and int(said) > extrusions:
+        text = f"its head speaks of {said} toolpaths, but it has {extrusions} extrusions; is it cut off?"
+        return [Violation(0, "missing", text)]
+    return []
 
 
 def _out_of_order(exact: NDArray[np.float64]) -> list[Violation]:
@@ -189,14 +202,11 @@ def _plane(laid: list[Stroke]) -> list[Violation]:
 
 def _shift(moves: list[Move]) -> tuple[float, float] | None:
     """Where the program says that it has put the sheet, if it does."""
-    for move in moves:
-        key, equals, value = move.text.partition("=")
-        if move.kind == Kind.COMMENT and equals and key.strip() == "vslice shift_mm":
-            try:
-                x, y = (float(number) for number in value.split())
-            except ValueError:
-                raise ParseError(
-                    f"line {move.line}: shift_mm must be two numbers, not '{value.strip()}'"
-                ) from None
-            return x, y
-    return None
+    text = read_head(moves).get("shift_mm")
+    if text is None:
+        return None
+    try:
+        x, y = (float(number) for number in text.split())
+    except ValueError:
+        raise ParseError(f"its head: shift_mm must be two numbers, not '{text}'") from None
+    return x, y

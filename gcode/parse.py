@@ -96,6 +96,8 @@ def read_moves(path: Path, *, plane: str = "XZ") -> list[Move]:
         raise ParseError(f"{path}: is a folder; name a G-code file") from None
     except OSError as error:
         raise ParseError(f"{path}: cannot be read: {error.strerror}") from None
+    if text.lstrip().startswith("{"):
+        raise ParseError(f"{path}: is JSON, perhaps a grid, and no G-code")
     try:
         return list(parse(text.split("\n"), plane=plane))
     except ParseError as error:
@@ -132,7 +134,7 @@ def _words(text: str, number: int) -> tuple[str, dict[str, float]]:
     if first is None and EXTENDED.match(text):
         return text.split(maxsplit=1)[0], {}
     if first is None:
-        raise ParseError(f"line {number}: '{text[:40]}' is no G-code command")
+        raise ParseError(f"line {number}: {text[:40]!a} is no G-code command")
     code = first[1] + first[2].lstrip("0").rstrip(".") if first[2].strip("0") else first[1] + "0"
     if code[0] != "G":
         return code, {}  # other commands may carry free text

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from gcode.feeding import check_feeding
@@ -100,37 +101,44 @@ def draw_grid(grid: Grid, *, show: Literal["tilts", "toolpaths"] = "tilts") -> F
     return figure
 
 
-def draw_sequence(drawing: Drawing, *, color: Color = "kind", title: str = "") -> Figure:
-    """A sequence, extrusion red and travel blue, or coloured by order; the start is marked."""
+def draw_sequence(
+    drawing: Drawing, *, color: Color = "kind", title: str = "", axes: Literal["", "XZ", "YZ"] = ""
+) -> Figure:
+    """A sequence, extrusion red and travel blue, or coloured by order; the start is marked.
+
+    Args:
+        axes: the machine's axes that the drawing is in; by default it is in those of the sheet.
+    """
     points = drawing.toolpaths.reshape(-1, 2)
     low = points.min(axis=0) if len(points) else np.zeros(2)
     size = points.max(axis=0) - low if len(points) else np.ones(2)
-    figure, axes = _sheet((low[0], low[1]), size[0], size[1])
+    figure, plot = _sheet((low[0], low[1]), size[0], size[1], axes)
     n = len(drawing.toolpaths)
     width = _thin(n)
-    if color == "order":
+    done: Any
+    between: Any
+    of_kind = color == "kind"
+    if of_kind:
+        done, between = EXTRUSION, TRAVEL
+    else:
         ramp = mpl.colormaps["viridis"]
         scale = mpl.colors.Normalize(1, max(n, 2))
-        done: Any = ramp(scale(np.arange(1, n + 1)))
+        done = ramp(scale(np.arange(1, n + 1)))
         # A travel has the colour of the toolpath that it leaves, and is thin.
-        between: Any = ramp(scale(np.array(drawing.from_toolpath, np.float64)))
-        figure.colorbar(mpl.cm.ScalarMappable(scale, ramp), ax=axes, label="toolpath", shrink=0.8)
-    else:
-        done, between = EXTRUSION, TRAVEL
-    thin = width if color == "kind" else 0.5 * width
-    axes.add_collection(LineCollection(drawing.travels, colors=between, linewidths=thin, zorder=3))
-    axes.add_collection(LineCollection(list(drawing.toolpaths), colors=done, linewidths=width, zorder=2))
+        between = ramp(scale(np.array(drawing.from_toolpath, np.float64)))
+        figure.colorbar(mpl.cm.ScalarMappable(scale, ramp), ax=plot, label="toolpath", shrink=0.8)
+    thin = width if of_kind else 0.5 * width
+    plot.add_collection(LineCollection(drawing.travels, colors=between, linewidths=thin, zorder=3))
+    plot.add_collection(LineCollection(list(drawing.toolpaths), colors=done, linewidths=width, zorder=2))
     handles = [
-        mpl.lines.Line2D([], [], color=EXTRUSION, label="extrusion"),
-        mpl.lines.Line2D([], [], color=TRAVEL, label="travel"),
+        Line2D([], [], color=EXTRUSION if of_kind else "0.3", lw=1.6, label="extrusion"),
+        Line2D([], [], color=TRAVEL if of_kind else "0.3", lw=1.6 if of_kind else 0.6, label="travel"),
     ]
     if n:
-        (start,) = axes.plot(
-            *drawing.toolpaths[0, 0], "o", color=START, markersize=7, zorder=4, label="start", linestyle=""
-        )
-        handles = [*(handles if color == "kind" else []), start]
-        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, frameon=False)
-    axes.set_title(title or f"{n} toolpaths, {len(drawing.travels)} travels")
+        start = drawing.toolpaths[0, 0]
+        handles += plot.plot(*start, "o", color=START, ms=7, zorder=4, label="start", linestyle="")
+        plot.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, frameon=False)
+    plot.set_title(title or f"{n} toolpaths")
     return figure
 
 
@@ -155,7 +163,7 @@ def thumbnail(plan: Plan, size_px: tuple[int, int]) -> bytes:
     return picture(figure, "png", dpi=100)
 
 
-def _sheet(origin: Iterable[float], width: float, height: float) -> tuple[Figure, Axes]:
+def _sheet(origin: Iterable[float], width: float, height: float, names: str = "") -> tuple[Figure, Axes]:
     x, y = origin
     longest = max(width, height, 1e-9)
     figure = Figure(figsize=(1.8 + 6.0 * width / longest, 1.8 + 6.0 * height / longest), layout="constrained")
@@ -164,8 +172,8 @@ def _sheet(origin: Iterable[float], width: float, height: float) -> tuple[Figure
     axes.set_xlim(x - margin, x + width + margin)
     axes.set_ylim(y - margin, y + height + margin)
     axes.set_aspect("equal")
-    axes.set_xlabel("x [mm]")
-    axes.set_ylabel("y [mm], build direction")
+    axes.set_xlabel(f"{names[0]} of the machine [mm]" if names else "x [mm]")
+    axes.set_ylabel(f"{names[1]} of the machine [mm]" if names else "y [mm], build direction")
     return figure, axes
 
 

@@ -64,12 +64,12 @@ def compare_with_hatch(
     """
     wanted = hatch(grid)
     lines = _ends(drawn)
-    if len(wanted.segments) == 0 or len(drawn) == 0:
-        shift = np.zeros(2)
-    elif shift_mm is None:
+    if shift_mm is not None:
+        shift = np.array(shift_mm)
+    elif len(wanted.segments) and len(drawn):
         shift = lines.min(axis=(0, 1)) - wanted.segments.min(axis=(0, 1))
     else:
-        shift = np.array(shift_mm)
+        shift = np.zeros(2)
     target = wanted.segments + shift
     owner, used = _assign(target, lines)
     rest = strokes(drawn[k] for k in np.flatnonzero(~used))

@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -60,7 +60,10 @@ def _settings(name_or_path: str, depth: int = 0) -> tuple[str, dict[str, Any]]:
     if not isinstance(base, str) or depth > 8:
         raise ProfileError(f"{source}: extends must name a profile that does not extend this one in turn.")
     near = Path(source).parent / base
-    _, inherited = _settings(str(near) if base not in shipped() and near.is_file() else base, depth + 1)
+    try:
+        _, inherited = _settings(str(near) if base not in shipped() and near.is_file() else base, depth + 1)
+    except ProfileError as error:
+        raise ProfileError(f"{source}: extends = '{base}': {error}") from None
     for section, values in settings.items():
         if isinstance(values, dict) and isinstance(inherited.get(section), dict):
             inherited[section] |= values
@@ -73,6 +76,8 @@ def _read(path: Path) -> str:
     if not path.is_file():
         near = difflib.get_close_matches(str(path), shipped(), n=1)
         hint = f"Did you mean '{near[0]}'?" if near else f"Shipped are {', '.join(shipped())}."
+        if path.with_suffix(".toml").is_file():
+            hint = f"Did you mean '{path.with_suffix('.toml')}'?"
         raise ProfileError(f"{path}: there is no such profile or file. {hint}")
     try:
         return path.read_text("utf-8")
@@ -106,6 +111,9 @@ def _line(detail: ErrorDetails) -> str:
         known = sections if len(loc) == 1 else sections[section].model_fields
         what = "unknown section" if len(loc) == 1 else f"[{section}] unknown key"
         near = difflib.get_close_matches(str(loc[-1]), known, n=1)
+        owner = [name for name, model in sections.items() if loc[-1] in model.model_fields]
+        if owner:
+            return f"{what} '{loc[-1]}'. It belongs in [{owner[0]}]."
         hint = f"Did you mean '{near[0]}'?" if near else f"There are {', '.join(known)}."
         return f"{what} '{loc[-1]}'. {hint}"
     keys = [step for step in loc[1:] if isinstance(step, int) or step in sections[section].model_fields]
@@ -116,4 +124,15 @@ def _line(detail: ErrorDetails) -> str:
         return f"{place}: {found} must be {words[kind]} {limit:g}."
     if kind == "literal_error":
         return f"{place}: {found!r} must be {limits['expected']}."
+    if kind in ("missing", "too_long", "tuple_type"):
+        field = sections[section].model_fields[str(keys[0])]
+        return f"[{section}] {keys[0]}: {found!r:.60} must be {_wanted(field.annotation)}."
     return f"{place}: {found!r:.60}: {detail['msg']}."
+
+
+def _wanted(annotation: Any) -> str:
+    """What a list in a profile must hold, in words."""
+    parts = [part for part in get_args(annotation) if part is not type(None)]
+    if get_origin(annotation) is not tuple:  # one that may be left out
+        parts = list(get_args(parts[0]))
+    return "a list of texts" if Ellipsis in parts else f"a list of {len(parts)} numbers"

@@ -169,6 +169,13 @@ def _json(text: str, source: str) -> Any:
     try:
         return json.loads(text, object_pairs_hook=unique)
     except json.JSONDecodeError as error:
+        if not text.strip():
+            fail('is empty; a grid is an object, {"tile_mm": ...}.')
+        if text.lstrip()[0] not in "{[":
+            fail('begins with no brace, so it is no grid, which is an object, {"tile_mm": ...}.')
+        rest, before = text[error.pos :].lstrip(), text[: error.pos].rstrip()
+        if before.endswith(",") and rest[:1] in ("]", "}"):
+            fail(f"line {error.lineno}, column {error.colno}: a comma stands before {rest[0]}; take it away.")
         fail(f"line {error.lineno}, column {error.colno}: this is no JSON: {error.msg}.")
     except RecursionError:
         fail("is nested too deeply; a grid has four levels of lists at most.")

@@ -38,6 +38,13 @@ def _both_sides(value: Any) -> Any:
 def _several_polygons(value: Any) -> Any:
     """A single polygon, [ring, hole, ...], as the only one of several."""
     try:
+        if isinstance(value[0][0], int | float):
+            raise PydanticCustomError(
+                "ring", "a ring must stand in a list, [[[x, y], ...]], and holes after it in the same list"
+            )
+    except (TypeError, IndexError, KeyError):
+        pass  # the types are checked afterwards
+    try:
         value[0][0][0][0]
     except (TypeError, IndexError, KeyError):
         return [value] if isinstance(value, list) else value

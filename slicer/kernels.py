@@ -37,7 +37,8 @@ def _compiled(function: Callable[P, R], **flags: bool) -> Callable[P, R]:
         if folder.name == package:
             _forget_outdated(folder)
             break
-    return cast(Callable[P, R], numba.njit(cache=True, **flags)(function))
+    njit = cast(Callable[..., Callable[[Callable[P, R]], Callable[P, R]]], numba.njit)
+    return njit(cache=True, **flags)(function)
 
 
 @cache

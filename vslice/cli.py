@@ -53,6 +53,8 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name = args[0]
+        if Path(name).is_dir():
+            ctx.fail(f"'{name}' is a folder; name a grid file in it.")
         if name not in COMMANDS:
             near = difflib.get_close_matches(name, COMMANDS, n=1)
             hint = f" Did you mean '{near[0]}'?" if near else " 'vslice --help' lists the commands."
@@ -64,7 +66,11 @@ def _means_slice(word: str) -> bool:
     """Whether the first word is a grid file, or an option of ``slice``, rather than a command."""
     if word in COMMANDS or word in ("--help", "-h", "--version"):
         return False
-    return word.startswith("-") or "." in word or os.sep in word or Path(word).is_file()
+    return (
+        word.startswith("-")
+        or Path(word).is_file()
+        or (("." in word or os.sep in word) and not Path(word).is_dir())
+    )
 
 
 @click.command(

@@ -18,6 +18,15 @@ profile_option: Decorator = click.option(
     help="The machine: a shipped profile, or a file of your own.",
 )
 
+program_profile_option: Decorator = click.option(
+    "-p",
+    "--profile",
+    "profile_name",
+    metavar="NAME|FILE.toml",
+    help="The machine: a shipped profile, or a file of your own. By default the one that the program "
+    "names in its head, or else marlin-generic.",
+)
+
 set_option: Decorator = click.option(
     "--set",
     "overrides",

@@ -7,6 +7,8 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
+import click
+
 
 def write(path: Path | None, chunks: Iterable[bytes]) -> None:
     """Write ``chunks`` to a file, or to stdout where ``path`` is None.
@@ -16,6 +18,7 @@ def write(path: Path | None, chunks: Iterable[bytes]) -> None:
     it is; a link stays a link, and what it points to is replaced.
 
     Raises:
+        ClickException: the path is a folder, or in none.
         OSError: it cannot be written; nothing has changed.
     """
     if path is None:
@@ -23,12 +26,16 @@ def write(path: Path | None, chunks: Iterable[bytes]) -> None:
             sys.stdout.buffer.write(chunk)
         sys.stdout.buffer.flush()
         return
-    target = path.resolve()
-    mode = target.stat().st_mode if target.exists() else None
+    mode = path.stat().st_mode if path.exists() else None
+    if path.is_dir():
+        raise click.ClickException(f"{path} is a folder; name a file in it.")
+    if not path.parent.is_dir():
+        raise click.ClickException(f"{path}: there is no folder {path.parent}; make it first.")
     if mode is not None and not stat.S_ISREG(mode):
-        with target.open("wb") as out:
+        with path.open("wb") as out:
             out.writelines(chunks)
         return
+    target = path.resolve()
     with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name}.", delete=False) as out:
         try:
             out.writelines(chunks)

@@ -1,5 +1,6 @@
 """The main job, grid file to program: what ``slice`` writes and ``send`` streams."""
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +40,13 @@ class Sliced:
 
             picture = preview.thumbnail(self.plan, self.profile.gcode.thumbnail_px)
         return emit.emit(self.program, self.profile, self.facts, thumbnail_png=picture)
+
+    @property
+    def room_ul(self) -> float:
+        """Volume that the toolpaths have to themselves: length by spacing by width of a bead."""
+        length = np.hypot(*(self.plan.toolpaths[:, 1] - self.plan.toolpaths[:, 0]).T)
+        col, row = self.lines.tile[self.result.order].T
+        return float((length * self.sheet.spacing_mm[row, col]).sum()) * self.profile.material.width_mm
 
     @property
     def in_file_order_mm(self) -> float:
@@ -105,5 +113,5 @@ def slice_grid(
         "printed_mm": f"{plan.printed_mm:.3f}",
     }
     if overrides:
-        facts["settings"] = " ".join(overrides)
+        facts["settings"] = json.dumps(overrides)
     return Sliced(sheet, lines, result, plan, made, profile, facts)

@@ -1,6 +1,7 @@
 """What every command shares: how much to say, and progress on a terminal."""
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
@@ -59,12 +60,31 @@ def say(text: str) -> None:
         click.echo(text, err=True)
 
 
+def _spoken() -> Iterator[Callable[[str], None]]:
+    began = time.perf_counter()
+    current = ""
+
+    def step(name: str) -> None:
+        nonlocal began, current
+        now = time.perf_counter()
+        if current:
+            say(f"{current:<12} {now - began:.2f} s")
+        began, current = now, name
+
+    yield step
+    step("")
+
+
 @contextmanager
 def progress(total: int) -> Iterator[Callable[[str], None]]:
     """A bar on stderr with ``total`` steps; call what it gives with the name of each step as it begins.
 
-    Where stderr is no terminal, or the user wants quiet, there is none.
+    Where stderr is no terminal, or the user wants quiet, there is none. With -v there are lines instead,
+    each with the time that its step took.
     """
+    if verbose() and not quiet():
+        yield from _spoken()
+        return
     if quiet() or not sys.stderr.isatty():
         yield lambda _: None
         return

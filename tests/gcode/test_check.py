@@ -214,6 +214,14 @@ def test_the_report_counts_what_it_saw():
     assert report.travel_mm > 0
 
 
-def test_an_empty_program_has_nothing_wrong_but_prints_nothing():
-    assert violations(["; nothing"]) == []
+def test_a_program_that_is_cut_off_is_incomplete():
+    lines = ["; vslice toolpaths = 99", *make_lines(SHEET)]
+    (found,) = violations(lines)
+    assert "its head speaks of 99 toolpaths" in found.message
+
+
+def test_a_program_that_prints_nothing_is_refused():
+    (found,) = violations(["; nothing"])
+    assert (found.kind, found.line) == ("missing", 0)
+    assert "nothing is extruded" in found.message
     assert kinds(violations(["; nothing"], "marlin-generic", SHEET)) == {"missing"}

@@ -39,7 +39,7 @@ def test_feed_follows_the_path_in_the_plane_at_every_tilt(angle):
 
 
 def test_a_syringe_divides_by_its_bore():
-    laid = extrusions(moves_of(make_grid([[-45]]), "marlin-syringe"))
+    laid = extrusions(moves_of(make_grid([[-45]]), "marlin-syringe", 'material.bead_shape="circle"'))
     for length, move in laid:
         assert move.e_mm == pytest.approx(length * 0.4**2 / 12.0**2)
 

@@ -5,7 +5,7 @@
 ; vslice version = test
 ; vslice method = greedy
 ; vslice shift_mm = 10.000000 0.125000
-; vslice material_ul = 1.517
+; vslice material_ul = 1.045
 ;TYPE:CUSTOM
 M302 P1
 M107

@@ -55,6 +55,10 @@ BAD = {
         GOOD | {"outline_mm": [[[0, 0], [1, 1]]]},
         ["outline_mm[0][0]: has 2 entries, but needs at least 3"],
     ),
+    "one ring": (
+        GOOD | {"outline_mm": [[0, 0], [1, 1], [1, 0]]},
+        ["outline_mm: a ring must stand in a list, [[[x, y], ...]]"],
+    ),
     "outline crosses itself": (
         GOOD | {"outline_mm": [[[0, 0], [1, 1], [1, 0], [0, 1]]]},
         ["outline_mm: polygon 0 cannot clip a sheet: Self-intersection"],
@@ -66,7 +70,9 @@ BAD = {
 
 TEXTS = {
     "no JSON": ("{'tile_mm': 1}", "line 1, column 2: this is no JSON"),
-    "empty": ("", "line 1, column 1: this is no JSON"),
+    "empty": ("", "is empty"),
+    "no brace": ("G28", "begins with no brace, so it is no grid"),
+    "comma": ('{"tile_mm": [1, 2,], "x": 3}', "column 19: a comma stands before ]; take it away"),
     "NaN": ('{"tile_mm": NaN, "spacing_mm": 1, "angles_deg": [[0]]}', "tile_mm"),
     "infinite": (
         '{"tile_mm": 1, "spacing_mm": 1e999, "angles_deg": [[0]]}',

@@ -85,7 +85,15 @@ def test_settings_change_the_program(run):
         "sheet.json", "-o", "-", "--set", "machine.plane=YZ", "--set", "motion.print_speed_mm_s=5"
     )
     assert re.search(r"^G1 Y\S+ Z\S+ E\S+ F300$", out, re.M)
-    assert "; vslice settings = machine.plane=YZ motion.print_speed_mm_s=5" in out
+    assert '; vslice settings = ["machine.plane=YZ", "motion.print_speed_mm_s=5"]' in out
+
+
+def test_beads_that_do_not_fit_are_warned_of(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    assert "Warning" not in run("sheet.json")[2]
+    err = run("sheet.json", "--set", "material.flow=3.0")[2]
+    assert "Warning: the beads fill 2" in err
+    assert "Warning" in run("sheet.json", "--set", "material.flow=0.2")[2]
 
 
 def test_a_free_start_is_no_worse(run):
@@ -101,7 +109,10 @@ MISTAKES = [
     (["missing.json"], 2, "missing.json: there is no such file"),
     (["missing"], 2, "There is no command 'missing', and no file of that name."),
     (["slice"], 2, "Missing argument 'GRID.json'"),
-    (["bad.json"], 2, "bad.json: line 1, column 1: this is no JSON"),
+    (["bad.json"], 2, "bad.json: begins with no brace, so it is no grid"),
+    (["."], 2, "'.' is a folder; name a grid file in it."),
+    (["sheet.json", "-o", "."], 1, ". is a folder; name a file in it."),
+    (["check", "sheet.json"], 2, "sheet.json: is JSON, perhaps a grid, and no G-code"),
     (["sheet.json", "-p", "marlin-genric"], 2, "Did you mean 'marlin-generic'?"),
     (["sheet.json", "--set", "motion.speed=3"], 2, "[motion] unknown key 'speed'"),
     (["sheet.json", "--set", "machine.offset_mm=900.0"], 1, "tile (0, 0), toolpath 0: X 900"),
@@ -109,7 +120,11 @@ MISTAKES = [
     (["sheet.json", "-o", "sheet.json"], 2, "sheet.json is the input itself; name another file with -o."),
     (["sheet.json", "--fast"], 2, "No such option '--fast'"),
     (["empty.json"], 1, "empty.json: no toolpath is left of it: all tiles are empty."),
-    (["sheet.json", "-o", "nowhere/part.gcode"], 1, "nowhere"),
+    (
+        ["sheet.json", "-o", "nowhere/part.gcode"],
+        1,
+        "nowhere/part.gcode: there is no folder nowhere; make it first.",
+    ),
     (["check", "missing.gcode"], 2, "missing.gcode: there is no such file"),
     (["check", "bad.json"], 2, "bad.json: line 1: '?' is no G-code command"),
     (["preview", "sheet.json", "-o", "sheet.bmp"], 2, "a picture must end in .png, .svg or .pdf, not '.bmp'"),
@@ -208,6 +223,17 @@ def test_check_shows_twenty_counts_the_rest_and_speaks_json(run):
     assert {violation["kind"] for violation in found} == {"missing"}
 
 
+def test_check_and_preview_know_the_machine_from_the_program_itself(run):
+    words = ["-p", "marlin-pneumatic", "--set", "machine.plane=YZ"]
+    run("-q", EXAMPLES[2], "-o", "part.gcode", *words)
+    assert run("check", "part.gcode", "--grid", EXAMPLES[2])[0] == 0
+    assert run("preview", "part.gcode")[0] == 0
+    code, _, err = run("check", "part.gcode", "-p", "marlin-generic", "--grid", EXAMPLES[1])
+    assert code == 1
+    assert "made for marlin-pneumatic, and is checked against marlin-generic" in err
+    assert "made from another grid file" in err
+
+
 @pytest.mark.parametrize("name", ["grid.png", "grid.svg", "grid.pdf"])
 def test_preview_of_grids_and_programs(run, name):
     Path("sheet.json").write_text(ONE_TILE)
@@ -221,7 +247,7 @@ def test_preview_of_grids_and_programs(run, name):
         assert run("preview", *words, "-o", name)[0] == 0
         assert Path(name).stat().st_size > 1000
     assert run("preview", "part.gcode")[0] == 0
-    assert Path("part.png").exists()
+    assert Path("part.gcode.png").exists()
 
 
 def test_profiles_are_listed_shown_and_described(run, tmp_path):

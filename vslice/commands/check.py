@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from vslice.options import profile_option, set_option
+from vslice.options import program_profile_option, set_option
 from vslice.session import common, say
 
 MOST = 20
@@ -21,12 +21,16 @@ MOST = 20
     type=click.Path(path_type=Path),
     help="Also verify that each hatch line of this grid is printed exactly once.",
 )
-@profile_option
+@program_profile_option
 @set_option
 @click.option("--json", "as_json", is_flag=True, help="All violations as JSON on stdout.")
 @common
 def command(
-    program_file: Path, grid_file: Path | None, profile_name: str, overrides: tuple[str, ...], as_json: bool
+    program_file: Path,
+    grid_file: Path | None,
+    profile_name: str | None,
+    overrides: tuple[str, ...],
+    as_json: bool,
 ) -> None:
     """Replay a program and verify that it can be printed.
 
@@ -34,12 +38,13 @@ def command(
     material, positions and speeds must be within the machine's limits, extrusion must be constant and
     stop while travelling. Exits with 1 if anything is wrong.
     """
-    import profiles
-    from gcode.check import check_file
+    from gcode.check import check
     from slicer import grid
+    from vslice.machine import mismatch, read_program
 
-    profile = profiles.load(profile_name, overrides)
-    report = check_file(program_file, profile, None if grid_file is None else grid.read(grid_file))
+    moves, name, profile = read_program(program_file, profile_name, overrides)
+    sheet = None if grid_file is None else grid.read(grid_file)
+    report = check(moves, profile, sheet)
     wrong = report.violations
     if as_json:
         facts = {
@@ -56,7 +61,10 @@ def command(
             click.echo(str(violation))
         if len(wrong) > MOST:
             click.echo(f"and {len(wrong) - MOST} more violations")
-    said = f"{len(wrong)} violations" if wrong else "no violations"
+    if wrong:
+        for note in mismatch(moves, name, None if sheet is None else sheet.sha256):
+            say(note)
+    said = "1 violation" if len(wrong) == 1 else f"{len(wrong)} violations" if wrong else "no violations"
     say(
         f"{program_file}: {said} in {report.extrusions} extrusions ({report.printed_mm:.1f} mm printed, "
         f"{report.travel_mm:.1f} mm travelled)"

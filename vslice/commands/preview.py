@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from vslice import output
-from vslice.options import not_onto_input, profile_option
+from vslice.options import not_onto_input, program_profile_option
 from vslice.session import common, say
 
 
@@ -16,7 +16,7 @@ from vslice.session import common, say
     "--output",
     "out",
     type=click.Path(path_type=Path),
-    help="Picture; PNG, SVG or PDF by its extension. By default FILE.png.",
+    help="Picture; PNG, SVG or PDF by its extension. By default FILE with .png behind it.",
 )
 @click.option(
     "--show",
@@ -32,15 +32,17 @@ from vslice.session import common, say
     show_default=True,
     help="Of a program: extrusion red and travel blue, or a ramp from the first toolpath to the last.",
 )
-@click.option("--dpi", default=150, show_default=True, help="Resolution of a PNG.")
-@profile_option
+@click.option(
+    "--dpi", default=150, show_default=True, type=click.IntRange(20, 1200), help="Resolution of a PNG."
+)
+@program_profile_option
 @common
-def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profile_name: str) -> None:
+def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profile_name: str | None) -> None:
     """Draw a grid or a G-code program.
 
     A grid is a file whose first character is a brace; anything else is read as G-code.
     """
-    target = out or file.with_suffix(".png")
+    target = out or file.with_name(file.name + ".png")
     file_format = target.suffix.lstrip(".").lower()
     from gcode import preview
 
@@ -53,16 +55,17 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
         sheet = grid.read(file)
         figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
     else:
-        import profiles
-        from gcode.parse import read_moves
+        from vslice.machine import read_program
 
-        profile = profiles.load(profile_name)
-        drawing = preview.Drawing.of_moves(read_moves(file, plane=profile.machine.plane), profile)
+        moves, _, profile = read_program(file, profile_name, ())
+        drawing = preview.Drawing.of_moves(moves, profile)
         if len(drawing.toolpaths) == 0:
             raise click.ClickException(
                 f"{file}: nothing is extruded in it. Is the profile (-p) the right one?"
             )
-        figure = preview.draw_sequence(drawing, color="order" if color == "order" else "kind")
+        figure = preview.draw_sequence(
+            drawing, color="order" if color == "order" else "kind", axes=profile.machine.plane
+        )
     output.write(target, [preview.picture(figure, file_format, dpi=dpi)])
     say(f"picture written to {target}")
 

@@ -57,6 +57,12 @@ def command(
         )
         step("writing")
         output.write(target, _encoded(sliced.text()))
+    filled = sliced.program.material_ul / sliced.room_ul
+    if not 0.5 <= filled <= 1.25:
+        say(
+            f"Warning: the beads fill {filled:.0%} of the room that spacing and width leave them. "
+            "See [material] bead_shape, width_mm, height_mm and flow."
+        )
     say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
 
 
@@ -65,6 +71,7 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     plan, made = sliced.plan, sliced.program
     dropped = f"  ({sliced.lines.dropped} too short, dropped)" if sliced.lines.dropped else ""
     feed = f" ({made.feed_mm:.2f} mm of feed)" if made.feed_mm else ""
+    room = sliced.room_ul
     before = sliced.in_file_order_mm
     saved = 1 - plan.straight_mm / before if before else 0.0
     return {
@@ -72,7 +79,7 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
         "printed length": f"{plan.printed_mm:.1f} mm",
         "straight travel J": f"{plan.straight_mm:.3f} mm",
         "routed travel": f"{plan.routed_mm:.3f} mm",
-        "material": f"{made.material_ul:.1f} µL{feed}",
+        "material": f"{made.material_ul:.1f} µL{feed}, {made.material_ul / room:.0%} of the room for it",
         "estimated time": f"{math.ceil(made.seconds)} s",
         "saved": f"{saved:.1%} of the {before:.1f} mm in file order, by {sliced.result.method}",
     }
