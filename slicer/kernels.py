@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
@@ -30,7 +30,7 @@ def bare_kernel(function: Callable[P, R]) -> Callable[P, R]:
     return _compiled(function, _nrt=False)
 
 
-def _compiled(function: Callable[P, R], **flags: bool) -> Callable[P, R]:
+def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
     package = function.__module__.partition(".")[0]
     source = Path(function.__code__.co_filename)
     for folder in source.parents:

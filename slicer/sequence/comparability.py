@@ -25,8 +25,8 @@ def realizer(problem: Problem) -> NDArray[np.int32]:
     middle = problem.segments[:, :, 0].mean(axis=1)
     rows = np.repeat(np.arange(n), np.diff(problem.succ_start))
     succ = problem.succ[np.lexsort((middle[problem.succ], rows))]
-    lowest = np.flatnonzero(np.diff(problem.pred_start) == 0)
-    lowest = lowest[np.argsort(middle[lowest], kind="stable")].astype(np.int32)
+    minimal = np.flatnonzero(np.diff(problem.pred_start) == 0)
+    lowest: NDArray[np.int32] = minimal[np.argsort(middle[minimal], kind="stable")].astype(np.int32)
     ranks = np.empty((n, 2), np.int32)
     ranks[:, 0] = _reversed_postorder(problem.succ_start, succ, lowest, True)
     ranks[:, 1] = _reversed_postorder(problem.succ_start, succ, lowest, False)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
 from slicer.sequence.cost import arc_cost
-from slicer.sequence.exchange import EPS, LONGEST, exchange
+from slicer.sequence.exchange import EPS, exchange
 
 Move = tuple[float, int, int, int, int, int]
 """Gain, and the arguments i, j, k, turn_a, turn_b of ``exchange``."""
@@ -18,6 +18,7 @@ def move_back(
     links: NDArray[np.int32],
     near: NDArray[np.int32],
     fixed: int,
+    longest: int,
     order: NDArray[np.int32],
     cost: NDArray[np.float64],
     p: int,
@@ -36,7 +37,7 @@ def move_back(
         turned += cost[1, t]
     x, a0, a1 = order[0, p], order[0, i], order[0, j - 1]
     fresh = cost[0, i] + cost[0, j] - arc_cost(points, parameters, x, order[0, j] ^ turn_b)
-    for k in range(j + 1, min(j + LONGEST, n + 1) + 1):
+    for k in range(j + 1, min(j + longest, n + 1) + 1):
         b1 = order[0, k - 1]
         for t in range(links[2 * (b1 >> 1)], links[2 * (b1 >> 1) + 1]):
             if i <= order[1, links[t]] < j:
@@ -69,6 +70,7 @@ def move_on(
     links: NDArray[np.int32],
     near: NDArray[np.int32],
     fixed: int,
+    longest: int,
     order: NDArray[np.int32],
     cost: NDArray[np.float64],
     p: int,
@@ -86,7 +88,7 @@ def move_on(
         turned += cost[1, t]
     c, b0, b1 = order[0, k], order[0, j], order[0, k - 1]
     fresh = cost[0, j] + cost[0, k] - arc_cost(points, parameters, order[0, p] ^ turn_a, c)
-    for i in range(p, max(p - LONGEST, fixed - 1), -1):
+    for i in range(p, max(p - longest, fixed - 1), -1):
         a0 = order[0, i]
         for t in range(links[2 * (a0 >> 1) + 1], links[2 * (a0 >> 1) + 2]):
             if j <= order[1, links[t]] < k:
@@ -119,6 +121,7 @@ def cut_between(
     links: NDArray[np.int32],
     near: NDArray[np.int32],
     fixed: int,
+    longest: int,
     order: NDArray[np.int32],
     cost: NDArray[np.float64],
     q: int,
@@ -172,6 +175,7 @@ def best_move(
     links: NDArray[np.int32],
     near: NDArray[np.int32],
     fixed: int,
+    longest: int,
     order: NDArray[np.int32],
     cost: NDArray[np.float64],
     u: int,
@@ -181,21 +185,19 @@ def best_move(
     """The best exchange that lets oriented toolpath ``v`` directly follow ``u``, if better than ``best``."""
     p, q = order[1, u >> 1], order[1, v >> 1]
     turn_u, turn_v = order[0, p] ^ u, order[0, q] ^ v
-    if min(p, q) < fixed:
-        if q < fixed or turn_u or q - p > LONGEST or q == p + 1:
-            return best
-        return move_back(points, parameters, links, near, fixed, order, cost, p, q, turn_v, best)
     if p < q:
-        if q - p > LONGEST or q == p + 1:
+        if q - p > longest or q == p + 1:
             return best
         if not turn_u:
-            best = move_back(points, parameters, links, near, fixed, order, cost, p, q, turn_v, best)
-        if not turn_v:
-            best = move_on(points, parameters, links, near, fixed, order, cost, p, q, turn_u, best)
+            best = move_back(points, parameters, links, near, fixed, longest, order, cost, p, q, turn_v, best)
+        if not turn_v and p >= fixed:
+            best = move_on(points, parameters, links, near, fixed, longest, order, cost, p, q, turn_u, best)
         return best
-    if p - q >= LONGEST:
+    if p - q >= longest or q < fixed:
         return best
-    return cut_between(points, parameters, links, near, fixed, order, cost, q, p, turn_v, turn_u, best)
+    return cut_between(
+        points, parameters, links, near, fixed, longest, order, cost, q, p, turn_v, turn_u, best
+    )
 
 
 @bare_kernel
@@ -205,6 +207,7 @@ def descend(
     links: NDArray[np.int32],
     near: NDArray[np.int32],
     fixed: int,
+    longest: int,
     order: NDArray[np.int32],
     cost: NDArray[np.float64],
     queue: NDArray[np.int32],
@@ -230,22 +233,19 @@ def descend(
             p = order[1, s]
             u = order[0, p]
             best = (EPS, 0, 0, 0, 0, 0)
-            limit = cost[0, p + 1]
-            for t in range(near.shape[2]):
-                v = near[u, 0, t]
-                if v < 0 or arc_cost(points, parameters, u, v) >= limit - EPS:
-                    break
-                best = best_move(points, parameters, links, near, fixed, order, cost, u, v, best)
+            for side in range(2):
+                # A gain needs a travel from or to s that is cheaper than the one there is.
+                limit = cost[0, p + 1 - side]
+                for t in range(near.shape[2]):
+                    v = near[u, side, t]
+                    a, b = (u, v) if side == 0 else (v, u)
+                    if v < 0 or arc_cost(points, parameters, a, b) >= limit - EPS:
+                        break
+                    best = best_move(points, parameters, links, near, fixed, longest, order, cost, a, b, best)
+                    if best[3] > 0:
+                        break
                 if best[3] > 0:
                     break
-            limit = cost[0, p]
-            for t in range(near.shape[2]):
-                v = near[u, 1, t]
-                if v < 0 or arc_cost(points, parameters, v, u) >= limit - EPS:
-                    break
-                if best[3] > 0:
-                    break
-                best = best_move(points, parameters, links, near, fixed, order, cost, v, u, best)
             gain, i, j, k, turn_a, turn_b = best
             if k == 0:
                 break

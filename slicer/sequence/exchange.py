@@ -25,8 +25,8 @@ from slicer.sequence.problem import Problem
 EPS = 1e-9
 """A gain must be more than rounding can feign."""
 
-LONGEST = 200
-"""How many toolpaths a block may hold."""
+LONGEST, SHORTEST = 3_000, 200
+"""How many toolpaths a block may hold: the first for sequences of up to 10,000, the second at least."""
 
 
 class Tour(NamedTuple):
@@ -42,6 +42,7 @@ class Tour(NamedTuple):
             above it ``links[links[2 * s + 1] : links[2 * s + 2]]``.
         near: int32 (2n, 2, k), what can directly follow oriented toolpath u, and what it can follow.
         fixed: the first position that may change.
+        longest: how many toolpaths a block may hold.
         order: int32 (2, n + 2); row 0: the oriented toolpath at each position; row 1: the position of each
             toolpath.
         cost: float64 (2, n + 2); row 0: cost of the travel that ends at each position; row 1: what that
@@ -53,6 +54,7 @@ class Tour(NamedTuple):
     links: NDArray[np.int32]
     near: NDArray[np.int32]
     fixed: int
+    longest: int
     order: NDArray[np.int32]
     cost: NDArray[np.float64]
 
@@ -78,6 +80,7 @@ def tour(problem: Problem, objective: Objective, near: Neighbours, oriented: NDA
         _links(problem),
         np.stack([near.after, near.before], axis=1),
         1 if problem.first is None else 2,
+        max(SHORTEST, min(LONGEST, LONGEST * 10_000 // n)),
         order,
         np.zeros((2, n + 2)),
     )
@@ -135,7 +138,7 @@ def exchange(
 ) -> None:
     """Let blocks A = [i, j) and B = [j, k) change places, each complemented where its flag is 1.
 
-    ``spare``, float64 (LONGEST, 3), is room for A.
+    ``spare``, float64 (m, 3), is room for A.
     """
     for p in range(j - i):
         spare[p, 0], spare[p, 1], spare[p, 2] = order[0, i + p], cost[0, i + p], cost[1, i + p]

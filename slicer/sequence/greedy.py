@@ -29,8 +29,8 @@ def greedy(problem: Problem, options: Options) -> Found:
     for start in problem.starts:
         if best is not None and options.out_of_time():
             return Found(best[1], n, best[2], stopped=True)
-        oriented, states = _climb(
-            problem.segments, problem.pred_start, problem.succ_start, problem.succ, int(start)
+        oriented, states = climb(
+            problem.segments, problem.pred_start, problem.succ_start, problem.succ, int(start), NONE
         )
         travel = problem.travel_mm(oriented >> 1, oriented & 1)
         if best is None or travel < best[0]:
@@ -40,14 +40,17 @@ def greedy(problem: Problem, options: Options) -> Found:
 
 
 @kernel
-def _climb(
+def climb(
     segments: NDArray[np.float64],
     pred_start: NDArray[np.int32],
     succ_start: NDArray[np.int32],
     succ: NDArray[np.int32],
     start: int,
+    second: int,
 ) -> tuple[NDArray[np.int32], int]:
     """One run from the oriented toolpath ``start``: the sequence of oriented toolpaths, and states created.
+
+    ``second`` is the oriented toolpath that follows, or ``NONE`` for the nearest.
 
     Printable toolpaths never share an open range of x, or one would lie below the other. So their
     endpoints lie along x, and strips of x hold few each: the nearest is found by going outwards from the
@@ -86,7 +89,10 @@ def _climb(
         count = 0
         if k > 0:
             states += 2 * printable
-            u = _nearest(segments, head, after, segments[u >> 1, 1 - (u & 1)], left, scale)
+            if k == 1 and second != NONE:
+                u = second
+            else:
+                u = _nearest(segments, head, after, segments[u >> 1, 1 - (u & 1)], left, scale)
         s = u >> 1
         sequence[k] = u
         printable -= 1

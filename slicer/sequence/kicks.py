@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.descent import descend, touch
-from slicer.sequence.exchange import LONGEST, exchange, refresh
+from slicer.sequence.exchange import exchange, refresh
 
-REACH = 10
+REACH = 30
 """How many positions apart the blocks of a kick may start, and how long the second may be."""
 
 WINDOW = 2_000
@@ -69,6 +69,7 @@ def iterate(
     links: NDArray[np.int32],
     near: NDArray[np.int32],
     fixed: int,
+    longest: int,
     order: NDArray[np.int32],
     cost: NDArray[np.float64],
     state: NDArray[np.uint64],
@@ -90,7 +91,7 @@ def iterate(
     queue = np.empty(n, np.int32)
     queued = np.zeros(n, np.bool_)
     span = np.empty(2, np.int64)
-    spare = np.empty((LONGEST, 3))
+    spare = np.empty((max(longest, REACH), 3))
     total = 0.0
     window = min(WINDOW, high - low)
     for step in range(kicks):
@@ -111,7 +112,7 @@ def iterate(
         if count == 0:
             continue
         gain += descend(
-            points, parameters, links, near, fixed, order, cost, queue, queued, count, span, spare
+            points, parameters, links, near, fixed, longest, order, cost, queue, queued, count, span, spare
         )
         if gain >= 0.0 or gain > heat * np.log(1.0 - draw(state)):
             total += gain

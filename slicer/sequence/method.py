@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from slicer.sequence.cost import Objective
 from slicer.sequence.problem import Problem
 
+EFFORTS = ("quick", "default", "high")
+"""Budgets of iterations, which scale with the number of toolpaths."""
+
 
 @dataclass(frozen=True)
 class Progress:

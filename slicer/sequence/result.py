@@ -19,7 +19,10 @@ class Result:
         states_created: successors generated, as the source paper counts them.
         method: the name of the method.
         seed: the seed that it was given.
-        runtime_s: wall-clock seconds in the method, compilation included.
+        runtime_s: wall-clock seconds of the call, compilation included.
+        objective: what was optimised: "straight", "routed" or "time".
+        cost: what the sequence costs by that objective, mm or s.
+        stopped: whether a time limit or Ctrl-C ended the search before its effort was spent.
     """
 
     order: NDArray[np.int64]
@@ -31,6 +34,9 @@ class Result:
     method: str
     seed: int
     runtime_s: float
+    objective: str = "straight"
+    cost: float = 0.0
+    stopped: bool = False
 
     @property
     def proved(self) -> bool:
@@ -45,7 +51,13 @@ class Result:
             known = "no bound"
         else:
             known = f"at least {self.lower_bound_mm:.4f} mm is needed"
+        goal = {
+            "straight": "",
+            "routed": f"routed {self.cost:.4f} mm, ",
+            "time": f"travels {self.cost:.2f} s, ",
+        }
         return (
             f"{self.method}: {len(self.order)} toolpaths, travel {self.travel_mm:.4f} mm ({known}), "
-            f"{self.nodes_visited} nodes, {self.states_created} states, {self.runtime_s:.2f} s"
+            f"{goal[self.objective]}{self.nodes_visited} nodes, {self.states_created} states, "
+            f"{self.runtime_s:.2f} s{', stopped early' if self.stopped else ''}"
         )

@@ -1,20 +1,46 @@
 """The public call of the sequencer: segments in, a ``Result`` out."""
 
 import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SequenceError
+from slicer.sequence.aco import aco
+from slicer.sequence.auto import auto
 from slicer.sequence.beam import beam
+from slicer.sequence.cost import Objective, ObjectiveName
+from slicer.sequence.directions import directed
 from slicer.sequence.exact import exact
 from slicer.sequence.greedy import greedy
 from slicer.sequence.local import local
-from slicer.sequence.method import Method, Options
+from slicer.sequence.mcts import mcts
+from slicer.sequence.method import EFFORTS, Found, Method, Options, Progress
+from slicer.sequence.multistart import multistart
 from slicer.sequence.problem import Problem
+from slicer.sequence.refine import refine
 from slicer.sequence.result import Result
+from slicer.sequence.true_cost import true_cost
+from slicer.sequence.workers import run_workers
 
-METHODS: dict[str, Method] = {"greedy": greedy, "exact": exact, "beam": beam, "local": local}
+METHODS: dict[str, Method] = {
+    "auto": auto,
+    "greedy": greedy,
+    "multistart": multistart,
+    "local": local,
+    "beam": beam,
+    "exact": exact,
+    "mcts": mcts,
+    "aco": aco,
+}
+
+STAND_INS: tuple[ObjectiveName, ...] = ("straight", "time")
+"""Objectives that do not need the skyline, or are taken without it."""
+
+Initial = ArrayLike | tuple[ArrayLike, ArrayLike] | Result
 
 
 def solve(
@@ -22,10 +48,19 @@ def solve(
     *,
     first: int | None = 0,
     first_flipped: bool | None = None,
-    method: str = "greedy",
+    method: str = "auto",
+    effort: str = "default",
+    time_limit_s: float | None = None,
     seed: int = 0,
+    initial: Initial | None = None,
+    objective: ObjectiveName | Objective = "straight",
+    progress: Callable[[Progress], None] | None = None,
+    workers: int = 1,
 ) -> Result:
     """Order and orient toolpaths so that the nozzle travels little between them.
+
+    The same arguments give the same result, unless a time limit or Ctrl-C ends the search early; the best
+    sequence so far is returned then, and ``Result.stopped`` says so.
 
     Args:
         segments: float (n, 2, 2), [endpoint, xy] in mm; or a ``Problem``, whose own start then holds.
@@ -33,30 +68,157 @@ def solve(
         first_flipped: whether the first toolpath is printed from its second endpoint; None leaves its
             direction free.
         method: one of ``METHODS``.
+        effort: "quick", "default" or "high": how many iterations are spent.
+        time_limit_s: ends the search early, or not at all where None is given.
         seed: for methods that draw random numbers.
+        initial: an order, int (n,), or an order and its directions, bool (n,), or a ``Result``. What is
+            returned is never worse.
+        objective: what counts: "straight", "routed" or "time", or an ``Objective`` with the limits of a
+            machine.
+        progress: called now and then with the cost of the best sequence so far. With several workers it
+            is not called.
+        workers: processes, each with a seed of its own; the best result is kept.
 
     Raises:
         CrossingError: two toolpaths cross or overlap.
-        SequenceError: no such method, or ``first`` cannot be printed first.
+        SequenceError: no such method, effort or objective; ``first`` cannot be printed first; ``initial``
+            cannot be printed; fewer than one worker; a negative time limit.
     """
-    if method not in METHODS:
-        raise SequenceError(f"there is no method '{method}'; there are {', '.join(METHODS)}")
+    begin = time.perf_counter()
+    goal = _goal(objective)
+    _check(method, effort, time_limit_s, workers)
     problem = (
         segments
         if isinstance(segments, Problem)
         else Problem.build(segments, first=first, first_flipped=first_flipped)
     )
-    begin = time.perf_counter()
-    found = METHODS[method](problem, Options(seed=seed))
+    given = None if initial is None else _given(problem, initial, goal)
+    options = Options(
+        effort=effort,
+        seed=seed,
+        objective=goal,
+        deadline=None if time_limit_s is None else begin + time_limit_s,
+        initial=given,
+        progress=progress,
+    )
+    if workers > 1 and problem.n > 1:
+        found = run_workers(problem, _search, method, options, workers)
+    else:
+        found = _search(problem, method, options)
     order, flipped = (found.oriented >> 1).astype(np.int64), (found.oriented & 1).astype(np.bool_)
+    refused = problem.refusal(order) if problem.n else None
+    if refused is not None:
+        raise AssertionError(f"method {method} returned an order that cannot be printed: {refused}")
+    travel = problem.travel_mm(order, flipped)
+    bound = 0.0 if problem.n < 2 else found.lower_bound_mm
     return Result(
         order=order,
         flipped=flipped,
-        travel_mm=problem.travel_mm(order, flipped),
-        lower_bound_mm=0.0 if problem.n < 2 else found.lower_bound_mm,
+        travel_mm=travel,
+        lower_bound_mm=None if bound is None else min(bound, travel),
         nodes_visited=found.nodes_visited,
         states_created=found.states_created,
         method=method,
         seed=seed,
         runtime_s=time.perf_counter() - begin,
+        objective=goal.name,
+        cost=true_cost(problem, goal, found.oriented),
+        stopped=found.stopped,
     )
+
+
+def _search(problem: Problem, method: str, options: Options) -> Found:
+    """Run a method; for an objective that depends on the skyline, on what stands for it, and refine.
+
+    What a travel costs over the skyline depends on all that was printed before. Methods see the straight
+    travel instead, once by its length and once by its time; the better of both by the true cost is kept
+    and refined. So no objective is served worse than by optimising another one.
+    """
+    run = METHODS[method]
+    goal = options.objective
+    if not goal.routed or problem.n < 2:
+        return _at_least_initial(problem, run(problem, options), options)
+    best: Found | None = None
+    for name in STAND_INS:
+        stand_in = replace(options, objective=replace(goal, name=name))
+        found = _at_least_initial(problem, run(problem, stand_in), options)
+        if best is None:
+            best = found
+        else:
+            cheaper, other = (
+                (found, best)
+                if true_cost(problem, goal, found.oriented) < true_cost(problem, goal, best.oriented)
+                else (best, found)
+            )
+            best = replace(
+                cheaper,
+                nodes_visited=found.nodes_visited + best.nodes_visited,
+                states_created=found.states_created + best.states_created,
+                lower_bound_mm=best.lower_bound_mm,
+                stopped=cheaper.stopped or other.stopped,
+            )
+    assert best is not None, "there are two objectives that stand in for the others"
+    if method == "greedy" or method == "multistart" or best.stopped:
+        return best
+    return replace(best, oriented=refine(problem, options, best.oriented))
+
+
+def _at_least_initial(problem: Problem, found: Found, options: Options) -> Found:
+    """What was found, or the initial sequence where that is cheaper after all."""
+    start = options.initial
+    if start is None or true_cost(problem, options.objective, found.oriented) <= true_cost(
+        problem, options.objective, start
+    ):
+        return found
+    return replace(found, oriented=start)
+
+
+def _goal(objective: ObjectiveName | Objective) -> Objective:
+    if isinstance(objective, Objective):
+        return objective
+    if objective not in get_args(ObjectiveName):
+        raise SequenceError(
+            f"there is no objective '{objective}'; there are {', '.join(get_args(ObjectiveName))}"
+        )
+    return Objective(objective)
+
+
+def _check(method: str, effort: str, time_limit_s: float | None, workers: int) -> None:
+    if method not in METHODS:
+        raise SequenceError(f"there is no method '{method}'; there are {', '.join(METHODS)}")
+    if effort not in EFFORTS:
+        raise SequenceError(f"there is no effort '{effort}'; there are {', '.join(EFFORTS)}")
+    if time_limit_s is not None and not time_limit_s >= 0:
+        raise SequenceError(f"time_limit_s {time_limit_s:g} must be at least 0")
+    if workers < 1:
+        raise SequenceError(f"workers {workers} must be at least 1")
+
+
+def _given(problem: Problem, initial: Initial, objective: Objective) -> NDArray[np.int32]:
+    """The initial sequence as oriented toolpaths, int32 (n,), if it can be printed."""
+    flips: ArrayLike | None = None
+    if isinstance(initial, Result):
+        order, flips = initial.order, initial.flipped
+    elif isinstance(initial, tuple) and len(initial) == 2 and np.ndim(initial[0]) == 1:
+        order, flips = np.asarray(initial[0]), initial[1]
+    else:
+        order = np.asarray(initial)
+    if order.shape != (problem.n,) or not np.issubdtype(order.dtype, np.integer):
+        raise SequenceError(
+            f"the initial order has shape {order.shape} and type {order.dtype}, but must hold "
+            f"{problem.n} whole numbers"
+        )
+    if problem.n == 0:
+        return np.empty(0, np.int32)
+    refused = problem.refusal(order)
+    if refused is not None:
+        raise SequenceError(f"the initial order cannot be printed: {refused}")
+    if flips is None:
+        return directed(problem, order, objective)
+    flipped = np.asarray(flips)
+    if flipped.shape != order.shape:
+        raise SequenceError(f"the initial directions have shape {flipped.shape}, but must have {order.shape}")
+    if problem.first_flipped is not None and bool(flipped[0]) != problem.first_flipped:
+        raise SequenceError("the initial sequence begins in the other direction than the first toolpath must")
+    oriented: NDArray[np.int32] = (2 * order + flipped.astype(bool)).astype(np.int32)
+    return oriented

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -72,3 +73,16 @@ def optimum() -> Optimum:
         return min((cost for (_, u), cost in layer.items() if last in (None, u)), default=np.inf)
 
     return search
+
+
+@pytest.fixture(scope="session")
+def reference() -> Callable[[str], tuple[Problem, float]]:
+    """A reference instance by name: the problem, and the least travel known."""
+    folder = Path(__file__).parents[1] / "data" / "reference"
+    known = json.loads((folder / "reference.json").read_text())["best_known"]
+
+    def read(name: str) -> tuple[Problem, float]:
+        instance = json.loads((folder / f"{name}.json").read_text())
+        return Problem.build(np.array(instance["segments"], float), first=instance["first"]), known[name]
+
+    return read

@@ -1,0 +1,117 @@
+"""The default method: prove the optimum where the effort allows, else beam, local search and windows in turn.
+
+Every stage starts from what the one before it has found and never returns worse. A beam cannot leave the
+corridor that fits into memory, local search cannot see far, windows see all there is but little at a time:
+together they reach what none of them does alone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slicer.sequence.beam import ARCS_PER_TOOLPATH, beam
+from slicer.sequence.corridor import widest_corridor
+from slicer.sequence.descend import RELATIVE_EPS
+from slicer.sequence.exact import exact
+from slicer.sequence.incumbent import Incumbent
+from slicer.sequence.levels import level_start
+from slicer.sequence.local import HEAT, budget, improve
+from slicer.sequence.method import Found, Method, Options
+from slicer.sequence.neighbours import Neighbours, neighbours
+from slicer.sequence.problem import Problem
+from slicer.sequence.section import Section
+from slicer.sequence.window import polish
+
+PROVE_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
+"""Toolpaths up to which a proof is tried before anything else."""
+PROVE_AT_ONCE = 300
+"""Toolpaths up to which the proof needs no better start."""
+BEAM_UP_TO = {"quick": 2_000, "default": 8_000, "high": 25_000}
+"""Toolpaths up to which a beam search over the whole sheet is worth its time."""
+POLISH_UP_TO = 30_000
+ROUNDS = {"quick": 1, "default": 1, "high": 4}
+SETTLE = 60
+"""Kicks for each toolpath that bring the start into shape for the beam."""
+MILD = 0.3
+"""Heat of local search from a beam's sequence, whose large structure is to be kept."""
+
+
+def auto(problem: Problem, options: Options) -> Found:
+    """The best that all stages together find within the effort, and the best bound among theirs."""
+    if problem.n == 0:
+        return Found(np.empty(0, np.int32))
+    near = neighbours(problem, options.objective)
+    if options.initial is None:
+        options = options.starting_from(level_start(problem, options.objective, near))
+    run = _Run(problem, options, near, Incumbent(problem, options))
+    try:
+        run.stopped = not run.stages()
+    except KeyboardInterrupt:
+        run.stopped = True
+    return Found(run.incumbent.oriented, run.nodes, run.states, run.bound, run.stopped)
+
+
+@dataclass(eq=False)
+class _Run:
+    """What the stages hand on to each other."""
+
+    problem: Problem
+    options: Options
+    near: Neighbours
+    incumbent: Incumbent
+    nodes: int = 0
+    states: int = 0
+    bound: float | None = None
+    stopped: bool = False
+
+    def stages(self) -> bool:
+        """Run one stage after the other; whether all of them came to their end."""
+        n, effort = self.problem.n, self.options.effort
+        enumerable = self.enumerable()
+        if not (enumerable and n <= PROVE_AT_ONCE) and not self.kick(SETTLE * n, HEAT, 0):
+            return False
+        settled = self.incumbent.cost
+        if not enumerable:
+            pass
+        elif n <= PROVE_UP_TO[effort]:
+            if not self.take(exact):
+                return False
+            if self.bound is not None and self.incumbent.cost <= self.bound * (1 + RELATIVE_EPS):
+                return True
+        elif n <= BEAM_UP_TO[effort] and not self.take(beam):
+            return False
+        # Where the beam was of no use, local search has to find the large structure as well.
+        heat = MILD if self.incumbent.cost < settled else HEAT
+        for turn in range(1, ROUNDS[effort] + 1):
+            if not self.kick(budget(n, effort) // ROUNDS[effort], heat, turn):
+                return False
+            if n <= POLISH_UP_TO:
+                self.incumbent.offer(polish(self.problem, self.options, self.incumbent.oriented))
+                self.incumbent.report("windows", bounded=False)
+            if self.options.out_of_time():
+                return False
+            heat = MILD
+        return True
+
+    def enumerable(self) -> bool:
+        """Whether the columns have so few down-sets that all of them can be looked at."""
+        section = Section.whole(self.problem, self.options.objective)
+        most_arcs = max(self.problem.n, 100) * ARCS_PER_TOOLPATH[self.options.effort]
+        corridor = widest_corridor(section, self.incumbent.oriented >> 1, most_arcs)
+        return corridor is not None and corridor.complete
+
+    def kick(self, kicks: int, heat: float, salt: int) -> bool:
+        """Local search; False where time ran out."""
+        return improve(
+            self.problem, self.options, self.near, self.incumbent, kicks=kicks, heat=heat, salt=salt
+        )
+
+    def take(self, method: Method) -> bool:
+        """Let a method improve on the incumbent; False where it was stopped."""
+        found = method(self.problem, self.options.starting_from(self.incumbent.oriented))
+        self.incumbent.offer(found.oriented)
+        self.nodes += found.nodes_visited
+        self.states += found.states_created
+        if found.lower_bound_mm is not None:
+            self.bound = max(self.bound or 0.0, found.lower_bound_mm)
+        return not found.stopped
