@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from slicer.sequence.blocks import cover
 from slicer.sequence.descend import RELATIVE_EPS, descend
 from slicer.sequence.downsets import down_sets
+from slicer.sequence.horizon import Horizon
 from slicer.sequence.ledger import ARCS_PER_NODE, Ledger
 from slicer.sequence.method import Options
 from slicer.sequence.pair_bound import PairBound
 from slicer.sequence.problem import Problem
-from slicer.sequence.routed import Horizon
 from slicer.sequence.section import Section, extents
 from slicer.sequence.skylines import walk_cost
 

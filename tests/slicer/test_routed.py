@@ -13,11 +13,11 @@ from slicer.sequence.cost import Objective, leg_cost
 from slicer.sequence.downsets import any_order, down_sets
 from slicer.sequence.exact import exact
 from slicer.sequence.greedy import greedy
-from slicer.sequence.incumbent import sequence_cost
+from slicer.sequence.horizon import Horizon
 from slicer.sequence.method import Options
-from slicer.sequence.routed import Horizon, routed_sum
 from slicer.sequence.section import Section, extents
 from slicer.sequence.skylines import skylines, walk_cost
+from slicer.sequence.true_cost import true_cost
 from slicer.sequence.window import polish
 
 ROUTED = Objective("routed", 0.2)
@@ -42,7 +42,6 @@ def printable(problem: Problem, seed: int) -> np.ndarray:
 
 def brute_force(problem: Problem, objective: Objective) -> float:
     """The least cost over all printable sequences; what is ahead depends on the printed set alone."""
-    parameters = objective.parameters()
     under = [
         sum(1 << int(p) for p in problem.pred[problem.pred_start[s] : problem.pred_start[s + 1]])
         for s in range(problem.n)
@@ -56,7 +55,7 @@ def brute_force(problem: Problem, objective: Objective) -> float:
                     continue
                 for v in (2 * s, 2 * s + 1):
                     longer = [*sequence, v]
-                    cost = routed_sum(problem.segments, parameters, np.array(longer, np.int32))
+                    cost = true_cost(problem, objective, np.array(longer, np.int32))
                     node = (printed | 1 << s, v)
                     if node not in following or cost < following[node][0]:
                         following[node] = cost, longer
@@ -71,7 +70,7 @@ def test_three_ways_to_cost_a_sequence_agree(sheet, seed, clearance):
     oriented = printable(problem, seed)
     objective = Objective("routed", clearance)
     planned = travel.plan(problem.segments, oriented >> 1, oriented & 1, clearance_mm=clearance).routed_mm
-    assert sequence_cost(problem.segments, objective, oriented) == pytest.approx(planned, abs=1e-7)
+    assert true_cost(problem, objective, oriented) == pytest.approx(planned, abs=1e-7)
     section = Section.whole(problem, objective)
     sets = down_sets(section, 5, oriented >> 1)  # a corridor around this very order
     assert walk_cost(section, sets, skylines(section, sets), oriented) == pytest.approx(planned, abs=1e-7)
@@ -89,7 +88,7 @@ def test_a_window_costs_what_its_part_of_the_sequence_does(sheet, seed, data):
     window = Section.window(problem, ROUTED, oriented, begin, end, horizon.pieces(), extents(problem))
     sets = down_sets(window, 5, np.arange(window.n, dtype=np.int32))
     inner = (2 * np.arange(window.n) + (oriented[begin:end] & 1)).astype(np.int32)
-    up_to = [sequence_cost(problem.segments, ROUTED, oriented[:k]) for k in (begin + 1, end)]
+    up_to = [true_cost(problem, ROUTED, oriented[:k]) for k in (begin + 1, end)]
     assert walk_cost(window, sets, skylines(window, sets), inner) == pytest.approx(
         up_to[1] - up_to[0], abs=1e-7
     )
@@ -102,10 +101,10 @@ def test_exact_and_a_window_over_everything_equal_brute_force(sheet, seed, free,
     options = Options(objective=objective)
     best = brute_force(problem, objective)
     found = exact(problem, options)
-    assert sequence_cost(problem.segments, objective, found.oriented) == pytest.approx(best, abs=1e-7)
+    assert true_cost(problem, objective, found.oriented) == pytest.approx(best, abs=1e-7)
     assert found.lower_bound_mm is None
     polished = polish(problem, options, greedy(problem, options).oriented, length=6)
-    assert sequence_cost(problem.segments, objective, polished) == pytest.approx(best, abs=1e-7)
+    assert true_cost(problem, objective, polished) == pytest.approx(best, abs=1e-7)
 
 
 @pytest.mark.parametrize("objective", [ROUTED, TIME], ids=["routed", "time"])
@@ -115,9 +114,7 @@ def test_aiming_at_an_objective_serves_it_best(objective):
     for method in (exact, beam):
         aimed = method(problem, Options(objective=objective)).oriented
         assert problem.refusal(aimed >> 1) is None
-        assert sequence_cost(problem.segments, objective, aimed) <= sequence_cost(
-            problem.segments, objective, straight
-        )
+        assert true_cost(problem, objective, aimed) <= true_cost(problem, objective, straight)
 
 
 @settings(max_examples=200, deadline=None)
