@@ -25,8 +25,9 @@ from slicer.sequence.candidates import (
 )
 from slicer.sequence.cost import direct_cost
 from slicer.sequence.downsets import scrambled
+from slicer.sequence.overfly import travel_cost
 from slicer.sequence.section import NONE
-from slicer.sequence.skylines import Skylines, travel_cost
+from slicer.sequence.skylines import Skylines
 
 
 class Layer(NamedTuple):

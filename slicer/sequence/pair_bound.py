@@ -1,6 +1,7 @@
 """The column-pair bound: a lower bound on the cost of every sequence, and an estimate that guides a search.
 
-See ``blocks`` for the states, ``pair_prices`` for who pays what, and ``pair_walk`` for the ascent.
+See ``blocks`` for the states, ``pair_prices`` for who pays what, ``pair_walk`` for what the blocks then cost,
+and ``pair_ascent`` for how the multipliers are found.
 """
 
 from dataclasses import dataclass, field
@@ -10,9 +11,10 @@ from numpy.typing import NDArray
 
 from slicer.sequence.blocks import Blocks, connect
 from slicer.sequence.downsets import DownSets
+from slicer.sequence.pair_ascent import FIRST_STEP, ascend
 from slicer.sequence.pair_fix import least_through
 from slicer.sequence.pair_prices import Tariff, tariff, weigh
-from slicer.sequence.pair_walk import FIRST_STEP, Ends, ascend, evaluate, roots
+from slicer.sequence.pair_walk import Ends, evaluate, roots
 from slicer.sequence.section import NONE, Section
 from slicer.sequence.skylines import Skylines, skylines
 

@@ -15,10 +15,10 @@ from slicer.sequence.downsets import down_sets
 from slicer.sequence.horizon import Horizon
 from slicer.sequence.ledger import ARCS_PER_NODE, Ledger
 from slicer.sequence.method import Options
+from slicer.sequence.overfly import walk_cost
 from slicer.sequence.pair_bound import PairBound
 from slicer.sequence.problem import Problem
 from slicer.sequence.section import Section, extents
-from slicer.sequence.skylines import walk_cost
 
 FIRST_LENGTH = 50
 GROWTH = 1.4

@@ -15,8 +15,9 @@ from slicer.sequence.exact import exact
 from slicer.sequence.greedy import greedy
 from slicer.sequence.horizon import Horizon
 from slicer.sequence.method import Options
+from slicer.sequence.overfly import walk_cost
 from slicer.sequence.section import Section, extents
-from slicer.sequence.skylines import skylines, walk_cost
+from slicer.sequence.skylines import skylines
 from slicer.sequence.true_cost import true_cost
 from slicer.sequence.window import polish
 
