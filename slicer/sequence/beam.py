@@ -2,7 +2,8 @@
 
 The bound is raised for a while, then a layered search keeps the most promising nodes of each layer. A first,
 narrow search gives the ascent a cost to aim at. Where the columns have too many down-sets, the search stays
-in a corridor around the incumbent, and is repeated around what it finds.
+in a corridor around the incumbent, and is repeated around what it finds. On sheets too large for any
+corridor, window search takes its place.
 """
 
 import numpy as np
@@ -15,15 +16,21 @@ from slicer.sequence.method import Found, Options
 from slicer.sequence.pair_bound import PairBound
 from slicer.sequence.problem import Problem
 from slicer.sequence.section import Section
+from slicer.sequence.window import polish
 
 ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
 PASSES = {
-    "quick": ((10, 50), (20, 100)),
-    "default": ((10, 50), (30, 1_000)),
-    "high": ((10, 50), (40, 1_000), (100, 5_000)),
+    "quick": ((10, 2_500), (20, 5_000)),
+    "default": ((10, 2_500), (30, 50_000)),
+    "high": ((10, 2_500), (40, 50_000), (100, 250_000)),
 }
-"""Steps of the bound, and the width of the search after them."""
+"""Steps of the bound, and the successors of a layer in the search after them."""
+MOST_GENERATED = 500_000_000
+"""Successors of all layers of a search."""
+SUCCESSORS_PER_COLUMN = 5
+"""About so many successors has a node for each column of the sheet."""
+LEAST_WIDTH = 5
 MOST_CORRIDORS = 4
 
 
@@ -59,9 +66,12 @@ def _search_corridor(problem: Problem, options: Options, incumbent: Incumbent, l
         section, incumbent.oriented >> 1, max(problem.n, 100) * ARCS_PER_TOOLPATH[options.effort]
     )
     if corridor is None:
+        incumbent.offer(polish(problem, options, incumbent.oriented))
         return False
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
-    for steps, width in PASSES[options.effort]:
+    for steps, successors in PASSES[options.effort]:
+        affordable = min(successors, MOST_GENERATED // problem.n)
+        width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * section.columns))
         raise_bound(bound, incumbent, ledger, steps, options, complete=corridor.complete)
         if bound.bound >= incumbent.cost or options.out_of_time():
             break

@@ -16,6 +16,10 @@ from slicer.sequence.section import Section
 
 MERGED_STATES = 20_000
 """Columns with few down-sets go together into blocks of up to so many states, which tightens the bound."""
+MOST_ARCS = 200_000_000
+"""Whatever the effort, the bound looks at no more travels; this takes about 1.5 GB."""
+MOST_TRAVELS = 40_000_000
+"""Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each."""
 MOST_DENSE = 100_000_000
 """Pairs of down-sets that are tabulated at all, at one byte each and four for a while."""
 
@@ -49,10 +53,12 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
         guide: int32 (n,), toolpaths in a printable order.
         most_arcs: the most travels that one evaluation of the bound looks at, which is what it costs.
     """
+    most_arcs = min(most_arcs, MOST_ARCS)
+    size = np.bincount(section.column).astype(np.int64)
+    if int(((2 * (size[:-1] + size[1:])) ** 2).sum()) > MOST_TRAVELS:
+        return None
     bounds = np.arange(section.columns, dtype=np.int32) if section.columns > 1 else np.zeros(2, np.int32)
-    limit = max(
-        int(np.sqrt(most_arcs / max(1, section.columns - 1))), int(2 * np.bincount(section.column).max())
-    )
+    limit = max(int(np.sqrt(most_arcs / max(1, section.columns - 1))), 2 * int(size.max()))
     while True:
         sets = down_sets(section, limit, guide)
         states, arcs = _extent(sets, bounds)

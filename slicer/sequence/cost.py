@@ -99,3 +99,17 @@ def arc_cost(points: NDArray[np.float64], parameters: NDArray[np.float64], u: in
     if u < 0:
         return 0.0 if u == -1 or (v & 1) == -2 - u else FORBIDDEN
     return direct_cost(parameters, points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1])
+
+
+@bare_kernel
+def direct_sum(
+    segments: NDArray[np.float64], parameters: NDArray[np.float64], oriented: NDArray[np.int32]
+) -> float:
+    """The cost of a sequence whose travels are all straight."""
+    total = 0.0
+    for k in range(1, len(oriented)):
+        u, v = oriented[k - 1], oriented[k]
+        dx = segments[v >> 1, v & 1, 0] - segments[u >> 1, 1 - (u & 1), 0]
+        dy = segments[v >> 1, v & 1, 1] - segments[u >> 1, 1 - (u & 1), 1]
+        total += direct_cost(parameters, dx, dy)
+    return total

@@ -9,6 +9,7 @@ from slicer.sequence.candidates import new_pool
 from slicer.sequence.layers import expand, first_layer, next_layer
 from slicer.sequence.method import Options
 from slicer.sequence.pair_bound import PairBound
+from slicer.sequence.skylines import sets_of_states
 
 RELATIVE_EPS = 1e-10
 """A sequence must be better by this part of its cost to count as better; rounding stays far below."""
@@ -56,7 +57,11 @@ def descend(
     """
     section, blocks = bound.section, bound.blocks
     below = cut - RELATIVE_EPS * abs(cut) if np.isfinite(cut) else cut
-    metric = section.parameters[0] == 0.0
+    # Neither times nor detours are sure to obey the triangle inequality.
+    metric = section.parameters[0] == 0.0 and not section.routed
+    first_set, set_of = np.zeros(1, np.int64), np.zeros(1, np.int32)
+    if section.routed:
+        first_set, set_of = sets_of_states(blocks, bound.sets)
     layer = first_layer(blocks, bound.value, section.column, bound.sets.local, bound.ends.starts)
     pool = new_pool()
     parents, lasts = [layer.parent], [layer.last]
@@ -74,6 +79,9 @@ def descend(
             section.parameters,
             layer,
             pool,
+            bound.sky,
+            first_set,
+            set_of,
             below,
             width,
             metric,

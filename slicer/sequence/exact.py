@@ -15,6 +15,7 @@ from slicer.sequence.method import Found, Options
 from slicer.sequence.pair_bound import PairBound
 from slicer.sequence.problem import Problem
 from slicer.sequence.section import Section
+from slicer.sequence.window import polish
 
 ARCS_PER_TOOLPATH = {"quick": 20_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
@@ -31,7 +32,8 @@ def exact(problem: Problem, options: Options) -> Found:
     """Prove the optimum if the effort is enough, and return the best sequence in any case.
 
     Without a proof, the lower bound is that of the pair bound or of the states that were cut off. Where
-    the columns have too many down-sets, a corridor around the incumbent is searched and nothing is proved.
+    the columns have too many down-sets, a corridor around the incumbent is searched and nothing is proved;
+    on sheets too large even for that, window search takes its place.
     """
     n = problem.n
     if n == 0:
@@ -61,6 +63,7 @@ def _rounds(problem: Problem, options: Options, incumbent: Incumbent, ledger: Le
         section, incumbent.oriented >> 1, max(problem.n, 100) * ARCS_PER_TOOLPATH[options.effort]
     )
     if corridor is None:
+        incumbent.offer(polish(problem, options, incumbent.oriented))
         return False
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
     turn = 0

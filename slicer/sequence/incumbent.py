@@ -3,11 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
-from slicer.sequence.cost import direct_cost
 from slicer.sequence.greedy import greedy
 from slicer.sequence.method import Options, Progress
 from slicer.sequence.problem import Problem
+from slicer.sequence.true_cost import true_cost
 
 
 class Incumbent:
@@ -21,15 +20,15 @@ class Incumbent:
 
     def __init__(self, problem: Problem, options: Options) -> None:
         self._options = options
-        self._segments = problem.segments
-        self._parameters = options.objective.parameters()
+        self._problem = problem
+        self._objective = options.objective
         self.oriented = options.initial if options.initial is not None else greedy(problem, options).oriented
         self.cost = self.price(self.oriented)
         self.lower_bound = 0.0
 
     def price(self, oriented: NDArray[np.int32]) -> float:
         """What a sequence costs."""
-        return direct_sum(self._segments, self._parameters, oriented)
+        return true_cost(self._problem, self._objective, oriented)
 
     def offer(self, oriented: NDArray[np.int32] | None) -> bool:
         """Take a sequence if it is cheaper."""
@@ -55,17 +54,3 @@ class Incumbent:
         if self._options.progress is not None:
             bound = self.lower_bound if bounded else None
             self._options.progress(Progress(stage, self.cost, bound))
-
-
-@bare_kernel
-def direct_sum(
-    segments: NDArray[np.float64], parameters: NDArray[np.float64], oriented: NDArray[np.int32]
-) -> float:
-    """The cost of a sequence whose travels are all straight."""
-    total = 0.0
-    for k in range(1, len(oriented)):
-        u, v = oriented[k - 1], oriented[k]
-        dx = segments[v >> 1, v & 1, 0] - segments[u >> 1, 1 - (u & 1), 0]
-        dy = segments[v >> 1, v & 1, 1] - segments[u >> 1, 1 - (u & 1), 1]
-        total += direct_cost(parameters, dx, dy)
-    return total

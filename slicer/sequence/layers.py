@@ -25,7 +25,9 @@ from slicer.sequence.candidates import (
 )
 from slicer.sequence.cost import direct_cost
 from slicer.sequence.downsets import scrambled
+from slicer.sequence.overfly import travel_cost
 from slicer.sequence.section import NONE
+from slicer.sequence.skylines import Skylines
 
 
 class Layer(NamedTuple):
@@ -124,6 +126,9 @@ def expand(
     parameters: NDArray[np.float64],
     layer: Layer,
     pool: Pool,
+    sky: Skylines,
+    first_set: NDArray[np.int64],
+    set_of: NDArray[np.int32],
     cut: float,
     width: int,
     metric: bool,
@@ -131,6 +136,8 @@ def expand(
     """Gather the next layer in a pool: the pool, how many nodes, the least bound dropped, how many generated.
 
     Args:
+        sky: the skylines, where travels keep above what is printed.
+        first_set, set_of: see ``sets_of_states``; of no interest where travels are straight.
         cut: nodes whose bound is above it are dropped, and do not count as such.
         width: of the others, so many are kept.
         metric: the cost obeys the triangle inequality, so that a node is of no use if another one has the
@@ -140,6 +147,7 @@ def expand(
     index(pool, 0)
     size, generated, dropped = 0, 0, np.inf
     old = np.empty(count)
+    printed = np.empty(len(blocks.column_size), np.int32)
     passed = np.empty(count + 1)  # the change of the estimate if the blocks before k come to lie to the left
     ahead = np.empty(count + 1)  # the same if those from k on come to lie to the right
     for i in range(len(layer.last)):
@@ -147,6 +155,8 @@ def expand(
         u_home = blocks.home[column[u >> 1]]
         out_x, out_y = segments[u >> 1, 1 - (u & 1), 0], segments[u >> 1, 1 - (u & 1), 1]
         _look_around(blocks, value, column, local, layer.state[i], u, old, passed, ahead)
+        if sky.routed:
+            _read_sets(blocks, first_set, set_of, layer.state[i], printed)
         for k in range(count):
             s = layer.state[i, k]
             for e in range(blocks.move_start[s], blocks.move_start[s + 1]):
@@ -170,6 +180,18 @@ def expand(
                         parameters, segments[path, f, 0] - out_x, segments[path, f, 1] - out_y
                     )
                     generated += 1
+                    if sky.routed and cost + estimate <= cut:
+                        cost = layer.cost[i] + travel_cost(
+                            parameters,
+                            sky,
+                            printed,
+                            min(column[u >> 1], column[path]),
+                            max(column[u >> 1], column[path]),
+                            out_x,
+                            out_y,
+                            segments[path, f, 0],
+                            segments[path, f, 1],
+                        )
                     if cost + estimate <= cut:
                         if size == len(pool.key):
                             pool = grown(pool, size)
@@ -185,6 +207,22 @@ def expand(
         least, cut = keep_best(pool, size, width)
         size, dropped = width, min(dropped, least)
     return pool, size, dropped, generated
+
+
+@bare_kernel
+def _read_sets(
+    blocks: Blocks,
+    first_set: NDArray[np.int64],
+    set_of: NDArray[np.int32],
+    state: NDArray[np.int32],
+    printed: NDArray[np.int32],
+) -> None:
+    """Fill in the down-set of each column from the states of the blocks."""
+    for k in range(len(state)):
+        width = blocks.bounds[k + 1] - blocks.bounds[k] + 1
+        at = first_set[k] + (state[k] - blocks.state_start[k]) * width
+        for q in range(width):
+            printed[blocks.bounds[k] + q] = set_of[at + q]
 
 
 @bare_kernel

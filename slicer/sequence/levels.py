@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.cost import Objective, direct_cost
+from slicer.sequence.cost import Objective, direct_cost, direct_sum
 from slicer.sequence.directions import directed
-from slicer.sequence.incumbent import direct_sum
 from slicer.sequence.neighbours import Neighbours
 from slicer.sequence.problem import Problem
 

@@ -1,6 +1,7 @@
 """The column-pair bound: a lower bound on the cost of every sequence, and an estimate that guides a search.
 
-See ``blocks`` for the states, ``pair_prices`` for who pays what, and ``pair_walk`` for the ascent.
+See ``blocks`` for the states, ``pair_prices`` for who pays what, ``pair_walk`` for what the blocks then cost,
+and ``pair_ascent`` for how the multipliers are found.
 """
 
 from dataclasses import dataclass, field
@@ -10,10 +11,12 @@ from numpy.typing import NDArray
 
 from slicer.sequence.blocks import Blocks, connect
 from slicer.sequence.downsets import DownSets
+from slicer.sequence.pair_ascent import FIRST_STEP, ascend
 from slicer.sequence.pair_fix import least_through
 from slicer.sequence.pair_prices import Tariff, tariff, weigh
-from slicer.sequence.pair_walk import FIRST_STEP, Ends, ascend, evaluate, roots
+from slicer.sequence.pair_walk import Ends, evaluate, roots
 from slicer.sequence.section import NONE, Section
+from slicer.sequence.skylines import Skylines, skylines
 
 RELATIVE_EPS = 1e-9
 
@@ -25,6 +28,7 @@ class PairBound:
     Attributes:
         section, sets, blocks, tariff, ends: what is bounded.
         multipliers: float64, where the ascent is.
+        sky: the skylines that a search needs; the bound itself is on direct travels, which cost less.
         best: float64, the multipliers of the best bound so far.
         direction: float64, the ascent's moving average of subgradients.
         memory: float64 (3,), see ``ascend``.
@@ -38,6 +42,7 @@ class PairBound:
     tariff: Tariff
     ends: Ends
     multipliers: NDArray[np.float64]
+    sky: Skylines
     best: NDArray[np.float64] = field(init=False)
     direction: NDArray[np.float64] = field(init=False)
     memory: NDArray[np.float64] = field(init=False)
@@ -71,7 +76,9 @@ class PairBound:
         """
         blocks = connect(section, sets, bounds, allowed)
         costs, multipliers = tariff(section, blocks)
-        return cls(section, sets, blocks, costs, _ends(section, sets, blocks), multipliers)
+        return cls(
+            section, sets, blocks, costs, _ends(section, sets, blocks), multipliers, skylines(section, sets)
+        )
 
     @property
     def bound(self) -> float:

@@ -6,7 +6,8 @@ A column that two blocks share is their *seam*. Every travel is split among the 
   other column, one block pays in full.
 - Between two columns of one block, that block pays in full, less the price of leaving a seam column and
   less the price of entering one; the neighbour that shares the column pays these prices.
-- Where no block has both ends, each pays what the travel covers along x up to its own seam, at least.
+- Where no block has both ends, each pays what the travel covers along x up to its own seam, at least, and
+  half of what a travel over that seam costs beyond its length along x (a time has such a part).
 
 So every oriented toolpath of a seam column has four prices (leave left, leave right, enter from the left,
 enter from the right) and every pair of them a multiplier. Whatever those are, the cheapest walks through
@@ -72,8 +73,21 @@ def tariff(section: Section, blocks: Blocks) -> tuple[Tariff, NDArray[np.float64
     # No travel takes less than its length along x at full speed.
     rate = 1.0 / min(section.parameters[2], section.parameters[3]) if timed else 1.0
     cross = rate * np.diff(seam)
+    # What a travel over a seam column costs beyond that; a concave cost of length never falls behind.
+    beyond = np.zeros(len(bounds))
+    for t in range(1, len(bounds) - 1):
+        gap = x[section.column == bounds[t] + 1].min() - x[section.column == bounds[t] - 1].max()
+        beyond[t] = direct_cost(section.parameters, gap, 0.0) - rate * gap
     direct, ways, price_at, price_sign, prices = _measure(
-        blocks, section.segments, section.column, section.parameters, seam, rate, arc_start, pair_start[-1]
+        blocks,
+        section.segments,
+        section.column,
+        section.parameters,
+        seam,
+        beyond,
+        rate,
+        arc_start,
+        pair_start[-1],
     )
     multipliers = np.concatenate([np.zeros(pair_start[-1]), prices])
     out = Tariff(arc_start, direct, ways, price_at, price_sign, cross, pair_start, len(multipliers))
@@ -87,6 +101,7 @@ def _measure(
     column: NDArray[np.int32],
     parameters: NDArray[np.float64],
     seam: NDArray[np.float64],
+    beyond: NDArray[np.float64],
     rate: float,
     arc_start: NDArray[np.int64],
     first_price: int,
@@ -131,6 +146,7 @@ def _measure(
                 else:
                     x = segments[s, 1 - f if leaves else f, 0]
                     ways[way, at] = rate * (x - seam[k] if leftward else seam[k + 1] - x)
+                    ways[way, at] += 0.5 * (beyond[k] if leftward else beyond[k + 1])
                     if at_seam:
                         price_at[way, at], price_sign[way, at] = number, -1.0
             for end in range(2):

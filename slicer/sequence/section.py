@@ -23,6 +23,11 @@ class Section:
         starts: int32 (k,), oriented toolpaths to begin with. One toolpath, or all minimal ones.
         last: the oriented toolpath that the order must end with, or ``NONE``.
         parameters: float64 (10,), the objective as ``Objective.parameters`` gives it.
+        routed: whether travels keep above what is printed.
+        ground: float64 (q, 4), the skyline of what was printed before, in pieces [x left, y left, x right,
+            y right] from left to right.
+        extent: float64 (c, 2), least and greatest x of each column, the toolpaths outside the section
+            included.
     """
 
     segments: NDArray[np.float64]
@@ -34,6 +39,9 @@ class Section:
     starts: NDArray[np.int32]
     last: int
     parameters: NDArray[np.float64]
+    routed: bool
+    ground: NDArray[np.float64]
+    extent: NDArray[np.float64]
 
     @classmethod
     def whole(cls, problem: Problem, objective: Objective) -> "Section":
@@ -48,11 +56,21 @@ class Section:
             problem.starts,
             NONE,
             objective.parameters(),
+            objective.routed,
+            np.empty((0, 4)),
+            extents(problem),
         )
 
     @classmethod
     def window(
-        cls, problem: Problem, objective: Objective, oriented: NDArray[np.int32], begin: int, end: int
+        cls,
+        problem: Problem,
+        objective: Objective,
+        oriented: NDArray[np.int32],
+        begin: int,
+        end: int,
+        ground: NDArray[np.float64],
+        extent: NDArray[np.float64],
     ) -> "Section":
         """Consecutive toolpaths of a printable sequence, of which the first and the last one stay put.
 
@@ -65,6 +83,8 @@ class Section:
             oriented: int32 (n,), the sequence.
             begin, end: the positions begin .. end - 1 are the window; toolpath t of the section is
                 ``oriented[begin + t] >> 1`` of the problem.
+            ground: the skyline before the window; of no interest unless the objective is routed.
+            extent: ``extents(problem)``.
         """
         inner = oriented[begin:end]
         paths = inner >> 1
@@ -72,6 +92,7 @@ class Section:
         inside[paths] = np.arange(len(paths), dtype=np.int32)
         pred_start, pred = _restrict(problem.pred_start, problem.pred, paths, inside)
         succ_start, succ = _restrict(problem.succ_start, problem.succ, paths, inside)
+        numbers, column = np.unique(problem.column[paths], return_inverse=True)
         starts = np.array([inner[0] & 1], np.int32)
         if begin == 0:
             allowed = problem.starts
@@ -83,10 +104,13 @@ class Section:
             pred,
             succ_start,
             succ,
-            np.unique(problem.column[paths], return_inverse=True)[1].astype(np.int32).ravel(),
+            column.astype(np.int32).ravel(),
             starts,
             NONE if end == problem.n else int(2 * (len(paths) - 1) + (inner[-1] & 1)),
             objective.parameters(),
+            objective.routed,
+            ground,
+            extent[numbers],
         )
 
     @property
@@ -104,6 +128,16 @@ class Section:
         """The toolpath to begin with, or ``NONE`` where several may."""
         paths = np.unique(self.starts >> 1)
         return int(paths[0]) if len(paths) == 1 else NONE
+
+
+def extents(problem: Problem) -> NDArray[np.float64]:
+    """float64 (c, 2), least and greatest x of each column of a problem."""
+    x = problem.segments[:, :, 0]
+    columns = int(problem.column.max()) + 1 if problem.n else 0
+    out = np.full((columns, 2), [np.inf, -np.inf]).reshape(columns, 2)
+    np.minimum.at(out[:, 0], problem.column, x.min(axis=1))
+    np.maximum.at(out[:, 1], problem.column, x.max(axis=1))
+    return out
 
 
 @kernel

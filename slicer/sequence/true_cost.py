@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.cost import Objective, leg_cost
-from slicer.sequence.incumbent import direct_sum
+from slicer.sequence.cost import Objective, direct_sum, leg_cost
 from slicer.sequence.problem import Problem
 from slicer.skyline import EPS_MM, lay, new_skyline, overpass
 

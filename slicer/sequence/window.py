@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from slicer.sequence.blocks import cover
 from slicer.sequence.descend import RELATIVE_EPS, descend
 from slicer.sequence.downsets import down_sets
-from slicer.sequence.incumbent import direct_sum
+from slicer.sequence.horizon import Horizon
 from slicer.sequence.ledger import ARCS_PER_NODE, Ledger
 from slicer.sequence.method import Options
+from slicer.sequence.overfly import walk_cost
 from slicer.sequence.pair_bound import PairBound
 from slicer.sequence.problem import Problem
-from slicer.sequence.section import Section
+from slicer.sequence.section import Section, extents
 
 FIRST_LENGTH = 50
 GROWTH = 1.4
@@ -54,17 +55,25 @@ def polish(
     n = problem.n
     ledger = Ledger(WORK_PER_TOOLPATH[options.effort] * n if work is None else work)
     best = oriented.copy()
+    extent = extents(problem)
     settled: set[bytes] = set()
     while n > 1:
         length = min(length, n)
         gained = 0.0
+        horizon, done = Horizon(problem.segments), 0
         for begin in _begins(n, length):
             if ledger.work >= ledger.budget or options.out_of_time():
                 return best
             window = best[begin : begin + length]
             if window.tobytes() in settled:
                 continue
-            gain = improve_window(problem, options, best, begin, begin + length, ledger)
+            if options.objective.routed:
+                horizon.print(best[done:begin])
+                done = begin
+            section = Section.window(
+                problem, options.objective, best, begin, begin + length, horizon.pieces(), extent
+            )
+            gain = improve_window(section, window, options, ledger)
             gained += gain
             if gain == 0.0:
                 settled.add(window.tobytes())
@@ -81,20 +90,19 @@ def _begins(n: int, length: int) -> list[int]:
     return [*range(0, n - length, stride), n - length]
 
 
-def improve_window(
-    problem: Problem,
-    options: Options,
-    oriented: NDArray[np.int32],
-    begin: int,
-    end: int,
-    ledger: Ledger,
-) -> float:
-    """Order the positions begin .. end - 1 anew, in place, and say by how much cheaper they have become."""
-    section = Section.window(problem, options.objective, oriented, begin, end)
-    inner = oriented[begin:end]
-    cost = direct_sum(problem.segments, section.parameters, inner)
-    sets = down_sets(section, MOST_DOWN_SETS, np.arange(section.n, dtype=np.int32))
+def improve_window(section: Section, inner: NDArray[np.int32], options: Options, ledger: Ledger) -> float:
+    """Order a window anew, in place, and say by how much cheaper it has become.
+
+    Args:
+        section: the window as a section.
+        inner: int32 (k,), the oriented toolpaths of the window.
+        options: for the deadline.
+        ledger: where the work is entered.
+    """
+    order = np.arange(section.n, dtype=np.int32)
+    sets = down_sets(section, MOST_DOWN_SETS, order)
     bound = PairBound.over(section, sets, cover(sets, MERGED_STATES))
+    cost = walk_cost(section, sets, bound.sky, 2 * order + (inner & 1))
     ledger.work += 500 + STEPS * bound.blocks.arcs // ARCS_PER_NODE
     bound.improve(cost, STEPS)
     if bound.bound >= cost * (1 - RELATIVE_EPS):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from slicer.sequence import Problem
 from slicer.sequence.cost import Objective
 from slicer.sequence.downsets import UNLIMITED, DownSets, any_order, down_sets
-from slicer.sequence.section import Section
+from slicer.sequence.section import Section, extents
 
 
 def members(sets: DownSets, column: int) -> dict[int, frozenset[int]]:
@@ -90,7 +90,15 @@ def test_a_window_is_ordered_by_the_precedence_of_the_whole(sheet):
         whole = Section.whole(problem, Objective())
         order = any_order(whole)
         assert problem.refusal(order) is None
-        window = Section.window(problem, Objective(), (2 * order).astype(np.int32), 2, problem.n - 1)
+        window = Section.window(
+            problem,
+            Objective(),
+            (2 * order).astype(np.int32),
+            2,
+            problem.n - 1,
+            np.empty((0, 4)),
+            extents(problem),
+        )
         again = order[2:-1][any_order(window)]
         assert again[0] == order[2]
         assert again[-1] == order[-2]
