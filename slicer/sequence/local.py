@@ -20,7 +20,7 @@ from slicer.sequence.problem import Problem
 KICKS_PER_TOOLPATH = {"quick": 60, "default": 300, "high": 3_000}
 MOST_KICKS = {"quick": 100_000, "default": 1_500_000, "high": 6_000_000}
 """Beyond these a toolpath gets less than that, but never less than the next."""
-FEWEST = {"quick": 10, "default": 40, "high": 150}
+FEWEST = {"quick": 10, "default": 30, "high": 150}
 SWEEPS = 20
 CHUNK = 50_000
 """About so many kicks pass between two looks at the clock."""
