@@ -26,7 +26,7 @@ PROVE_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
 """Toolpaths up to which a proof is tried before anything else."""
 PROVE_AT_ONCE = 300
 """Toolpaths up to which the proof needs no better start."""
-BEAM_UP_TO = {"quick": 2_000, "default": 8_000, "high": 25_000}
+BEAM_UP_TO = {"quick": 1_500, "default": 4_000, "high": 8_000}
 """Toolpaths up to which a beam search over the whole sheet is worth its time."""
 POLISH_UP_TO = 30_000
 ROUNDS = {"quick": 1, "default": 1, "high": 4}
@@ -67,23 +67,24 @@ class _Run:
     def stages(self) -> bool:
         """Run one stage after the other; whether all of them came to their end."""
         n, effort = self.problem.n, self.options.effort
-        enumerable = self.enumerable()
-        if not (enumerable and n <= PROVE_AT_ONCE) and not self.kick(SETTLE * n, HEAT, 0):
-            return False
-        settled = self.incumbent.cost
-        if not enumerable:
-            pass
-        elif n <= PROVE_UP_TO[effort]:
-            if not self.take(exact):
+        enumerable = n <= BEAM_UP_TO[effort] and self.enumerable()
+        kicks = budget(n, effort)
+        heat = HEAT
+        if enumerable:
+            if n > PROVE_AT_ONCE and not self.kick(SETTLE * n, HEAT, 0):
+                return False
+            settled = self.incumbent.cost
+            if not self.take(exact if n <= PROVE_UP_TO[effort] else beam):
                 return False
             if self.bound is not None and self.incumbent.cost <= self.bound * (1 + RELATIVE_EPS):
                 return True
-        elif n <= BEAM_UP_TO[effort] and not self.take(beam):
-            return False
-        # Where the beam was of no use, local search has to find the large structure as well.
-        heat = MILD if self.incumbent.cost < settled else HEAT
+            if self.incumbent.cost < settled:
+                # The large structure is right: what is left to do is small.
+                kicks, heat = min(kicks, SETTLE * n * ROUNDS[effort]), MILD
+        elif n <= BEAM_UP_TO[effort]:
+            kicks //= 2  # steep sheets, whose blocks are long and dear to move
         for turn in range(1, ROUNDS[effort] + 1):
-            if not self.kick(budget(n, effort) // ROUNDS[effort], heat, turn):
+            if not self.kick(kicks // ROUNDS[effort], heat, turn):
                 return False
             if n <= POLISH_UP_TO:
                 self.incumbent.offer(polish(self.problem, self.options, self.incumbent.oriented))

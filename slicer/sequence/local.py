@@ -17,10 +17,10 @@ from slicer.sequence.method import Found, Options
 from slicer.sequence.neighbours import Neighbours, neighbours
 from slicer.sequence.problem import Problem
 
-KICKS_PER_TOOLPATH = {"quick": 60, "default": 700, "high": 4_000}
-MOST_KICKS = {"quick": 1_000_000, "default": 4_500_000, "high": 24_000_000}
-"""Beyond these a toolpath gets less than that, but never less than ``FEWEST``."""
-FEWEST = 60
+KICKS_PER_TOOLPATH = {"quick": 60, "default": 300, "high": 3_000}
+MOST_KICKS = {"quick": 100_000, "default": 1_500_000, "high": 6_000_000}
+"""Beyond these a toolpath gets less than that, but never less than the next."""
+FEWEST = {"quick": 10, "default": 30, "high": 150}
 SWEEPS = 20
 CHUNK = 50_000
 """About so many kicks pass between two looks at the clock."""
@@ -46,7 +46,7 @@ def local(problem: Problem, options: Options) -> Found:
 
 def budget(n: int, effort: str) -> int:
     """How many kicks a sequence of n toolpaths is given."""
-    return max(FEWEST * n, min(KICKS_PER_TOOLPATH[effort] * n, MOST_KICKS[effort]))
+    return max(FEWEST[effort] * n, min(KICKS_PER_TOOLPATH[effort] * n, MOST_KICKS[effort]))
 
 
 def improve(

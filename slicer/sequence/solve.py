@@ -40,6 +40,8 @@ METHODS: dict[str, Method] = {
 STAND_INS: tuple[ObjectiveName, ...] = ("straight", "time")
 """Objectives that do not need the skyline, or are taken without it."""
 
+SKYLINE_GOALS: tuple[ObjectiveName, ...] = ("routed", "time")
+
 Initial = ArrayLike | tuple[ArrayLike, ArrayLike] | Result
 
 
@@ -131,36 +133,30 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
     """Run a method; for an objective that depends on the skyline, on what stands for it, and refine.
 
     What a travel costs over the skyline depends on all that was printed before. Methods see the straight
-    travel instead, once by its length and once by its time; the better of both by the true cost is kept
-    and refined. So no objective is served worse than by optimising another one.
+    travel instead, once by its length and once by its time; both sequences are refined by the true cost of
+    either kind. All of these are candidates whatever the goal, so that no objective is served worse than by
+    optimising another one.
     """
     run = METHODS[method]
     goal = options.objective
     if not goal.routed or problem.n < 2:
         return _at_least_initial(problem, run(problem, options), options)
-    best: Found | None = None
-    for name in STAND_INS:
-        stand_in = replace(options, objective=replace(goal, name=name))
-        found = _at_least_initial(problem, run(problem, stand_in), options)
-        if best is None:
-            best = found
-        else:
-            cheaper, other = (
-                (found, best)
-                if true_cost(problem, goal, found.oriented) < true_cost(problem, goal, best.oriented)
-                else (best, found)
-            )
-            best = replace(
-                cheaper,
-                nodes_visited=found.nodes_visited + best.nodes_visited,
-                states_created=found.states_created + best.states_created,
-                lower_bound_mm=best.lower_bound_mm,
-                stopped=cheaper.stopped or other.stopped,
-            )
-    assert best is not None, "there are two objectives that stand in for the others"
-    if method == "greedy" or method == "multistart" or best.stopped:
-        return best
-    return replace(best, oriented=refine(problem, options, best.oriented))
+    found = [run(problem, replace(options, objective=replace(goal, name=stand_in))) for stand_in in STAND_INS]
+    stopped = any(one.stopped for one in found)
+    candidates = [one.oriented for one in found]
+    if not stopped and method not in ("greedy", "multistart"):
+        for name in SKYLINE_GOALS:
+            refined = replace(options, objective=replace(goal, name=name))
+            candidates += [refine(problem, refined, one.oriented) for one in found]
+    bounds = [one.lower_bound_mm for one in found if one.lower_bound_mm is not None]
+    best = Found(
+        min(candidates, key=lambda oriented: true_cost(problem, goal, oriented)),
+        sum(one.nodes_visited for one in found),
+        sum(one.states_created for one in found),
+        max(bounds, default=None),
+        stopped or options.out_of_time(),
+    )
+    return _at_least_initial(problem, best, options)
 
 
 def _at_least_initial(problem: Problem, found: Found, options: Options) -> Found:
