@@ -22,6 +22,8 @@ WEIGHTS = (1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0)
 CONTINUATIONS = 3
 """How many neighbours at each end count as continuing a toolpath."""
 
+EPS_MM = 1e-9
+
 ROUNDS = 100
 """Steps of conjugate gradients, and as many again times the root of n / 5000."""
 
@@ -58,7 +60,9 @@ def levels(problem: Problem, near: Neighbours) -> NDArray[np.float64]:
     """float64 (n,), the level of each toolpath in mm, by conjugate gradients with diagonal scaling."""
     low, high = problem.edges.T.astype(np.int64)
     gap = _gaps(problem.segments, low, high)
-    pitch = float(np.median(gap)) if len(gap) else 1.0
+    # Toolpaths that touch end to end, as uprights do, are no measure of the distance between lines.
+    apart = gap[gap > EPS_MM]
+    pitch = float(np.median(apart)) if len(apart) else 1.0
     u = np.repeat(np.arange(2 * problem.n), min(CONTINUATIONS, near.after.shape[1]))
     v = near.after[:, :CONTINUATIONS].ravel().astype(np.int64)
     u, v = u[v >= 0], v[v >= 0]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SequenceError
 from slicer.sequence.aco import aco
-from slicer.sequence.auto import auto
+from slicer.sequence.auto import PROVE_UP_TO, auto
 from slicer.sequence.beam import beam
 from slicer.sequence.cost import Objective, ObjectiveName
 from slicer.sequence.directions import directed
@@ -148,6 +148,13 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
         for name in SKYLINE_GOALS:
             refined = replace(options, objective=replace(goal, name=name))
             candidates += [refine(problem, refined, one.oriented) for one in found]
+    carrying = _carrying_skyline(method, problem.n, options.effort)
+    if carrying is not None and not stopped:
+        # States know what is printed, so these methods see the true cost of every travel.
+        best_so_far = min(candidates, key=lambda oriented: true_cost(problem, goal, oriented))
+        exactly = METHODS[carrying](problem, options.starting_from(best_so_far))
+        candidates.append(exactly.oriented)
+        stopped = exactly.stopped
     bounds = [one.lower_bound_mm for one in found if one.lower_bound_mm is not None]
     best = Found(
         min(candidates, key=lambda oriented: true_cost(problem, goal, oriented)),
@@ -157,6 +164,13 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
         stopped or options.out_of_time(),
     )
     return _at_least_initial(problem, best, options)
+
+
+def _carrying_skyline(method: str, n: int, effort: str) -> str | None:
+    """The method over down-sets that goes with this one, if the sheet is small enough for it."""
+    if method in ("exact", "beam"):
+        return method
+    return "exact" if method == "auto" and n <= PROVE_UP_TO[effort] else None
 
 
 def _at_least_initial(problem: Problem, found: Found, options: Options) -> Found:
