@@ -8,9 +8,11 @@ processor. Sheets of ``--sizes`` tiles a side follow the source paper's random w
 
 import argparse
 import json
+import resource
 import statistics
 import time
 from collections.abc import Iterator
+from fnmatch import fnmatch
 from pathlib import Path
 
 import numpy as np
@@ -41,10 +43,13 @@ def main() -> None:
     parser.add_argument("--method", default="auto")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--sizes", type=int, nargs="*", default=[])
+    parser.add_argument("--only", default="*", help="names of instances, with wildcards")
     options = parser.parse_args()
-    print("| instance | toolpaths | J median | J best | J / n | bound | gap | seconds |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| instance | toolpaths | J median | J best | J / n | bound | gap | seconds | peak MB |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for name, problem in instances(options.sizes):
+        if not fnmatch(name, options.only):
+            continue
         solve(problem, method=options.method, effort="quick")
         travels, seconds, bounds = [], [], []
         for seed in range(options.seeds):
@@ -57,7 +62,8 @@ def main() -> None:
         gap = f"{100 * (median / bound - 1):.2f} %" if bound else ""
         print(
             f"| {name} | {problem.n} | {median:.3f} | {min(travels):.3f} | {median / problem.n:.4f} "
-            f"| {f'{bound:.3f}' if bound else ''} | {gap} | {statistics.median(seconds):.1f} |",
+            f"| {f'{bound:.3f}' if bound else ''} | {gap} | {statistics.median(seconds):.2f} "
+            f"| {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} |",
             flush=True,
         )
 
