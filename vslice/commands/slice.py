@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from vslice import output
+from vslice.compiling import compiling
 from vslice.options import (
     effort_option,
     grid_argument,
@@ -77,8 +78,9 @@ def command(
     from vslice.pipeline import Search, slice_grid
 
     search = Search(method, effort, objective, start, seed, time_limit_s, workers)
-    with progress(6) as step:
-        _say_compiling()
+    with progress(6) as step, compiling() as first_run:
+        if first_run:
+            say("Compiling for this machine; this happens once after installation.")
         sliced = slice_grid(
             grid_file,
             profile_name,
@@ -101,14 +103,6 @@ def command(
 
         check(target, sliced.profile)
         click.get_current_context().exit(send_file(target, port, sliced.profile, profile_name))
-
-
-def _say_compiling() -> None:
-    from slicer.kernels import is_kept
-    from slicer.sweep import sweep
-
-    if not is_kept(sweep):  # the first kernel of every job
-        say("Compiling for this machine; this happens once after installation.")
 
 
 def _so_far(found: "Progress") -> str:
