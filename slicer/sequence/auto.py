@@ -32,6 +32,8 @@ POLISH_UP_TO = 30_000
 ROUNDS = {"quick": 1, "default": 1, "high": 4}
 SETTLE = 60
 """Kicks for each toolpath that bring the start into shape for the beam."""
+REST = 20
+"""Kicks for each toolpath that are left to do after a beam that saw the whole sheet."""
 MILD = 0.3
 """Heat of local search from a beam's sequence, whose large structure is to be kept."""
 
@@ -69,7 +71,7 @@ class _Run:
         n, effort = self.problem.n, self.options.effort
         enumerable = n <= BEAM_UP_TO[effort] and self.enumerable()
         kicks = budget(n, effort)
-        heat = HEAT
+        heat, windows = HEAT, n <= POLISH_UP_TO
         if enumerable:
             if n > PROVE_AT_ONCE and not self.kick(SETTLE * n, HEAT, 0):
                 return False
@@ -80,13 +82,15 @@ class _Run:
                 return True
             if self.incumbent.cost < settled:
                 # The large structure is right: what is left to do is small.
-                kicks, heat = min(kicks, SETTLE * n * ROUNDS[effort]), MILD
+                kicks, heat = min(kicks, REST * n * ROUNDS[effort]), MILD
+                windows = windows and effort == "high"
         elif n <= BEAM_UP_TO[effort]:
+            self.incumbent.report("columns with too many down-sets for a bound", bounded=False)
             kicks //= 2  # steep sheets, whose blocks are long and dear to move
         for turn in range(1, ROUNDS[effort] + 1):
             if not self.kick(kicks // ROUNDS[effort], heat, turn):
                 return False
-            if n <= POLISH_UP_TO:
+            if windows:
                 self.incumbent.offer(polish(self.problem, self.options, self.incumbent.oriented))
                 self.incumbent.report("windows", bounded=False)
             if self.options.out_of_time():

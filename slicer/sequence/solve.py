@@ -141,20 +141,31 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
     goal = options.objective
     if not goal.routed or problem.n < 2:
         return _at_least_initial(problem, run(problem, options), options)
-    found = [run(problem, replace(options, objective=replace(goal, name=stand_in))) for stand_in in STAND_INS]
-    stopped = any(one.stopped for one in found)
-    candidates = [one.oriented for one in found]
-    if not stopped and method not in ("greedy", "multistart"):
-        for name in SKYLINE_GOALS:
-            refined = replace(options, objective=replace(goal, name=name))
-            candidates += [refine(problem, refined, one.oriented) for one in found]
-    carrying = _carrying_skyline(method, problem.n, options.effort)
-    if carrying is not None and not stopped:
-        # States know what is printed, so these methods see the true cost of every travel.
-        best_so_far = min(candidates, key=lambda oriented: true_cost(problem, goal, oriented))
-        exactly = METHODS[carrying](problem, options.starting_from(best_so_far))
-        candidates.append(exactly.oriented)
-        stopped = exactly.stopped
+    found: list[Found] = []
+    candidates: list[NDArray[np.int32]] = []
+    stopped = False
+    try:
+        for stand_in in STAND_INS:
+            found.append(run(problem, replace(options, objective=replace(goal, name=stand_in))))
+            candidates.append(found[-1].oriented)
+            stopped = found[-1].stopped
+            if stopped:
+                break
+        if not stopped and method not in ("greedy", "multistart"):
+            for name in SKYLINE_GOALS:
+                refined = replace(options, objective=replace(goal, name=name))
+                candidates.extend(refine(problem, refined, one.oriented) for one in found)
+        carrying = _carrying_skyline(method, problem.n, options.effort)
+        if carrying is not None and not stopped:
+            # States know what is printed, so these methods see the true cost of every travel.
+            best_so_far = min(candidates, key=lambda oriented: true_cost(problem, goal, oriented))
+            exactly = METHODS[carrying](problem, options.starting_from(best_so_far))
+            candidates.append(exactly.oriented)
+            stopped = exactly.stopped
+    except KeyboardInterrupt:
+        if not candidates:
+            raise
+        stopped = True
     bounds = [one.lower_bound_mm for one in found if one.lower_bound_mm is not None]
     best = Found(
         min(candidates, key=lambda oriented: true_cost(problem, goal, oriented)),

@@ -1,5 +1,6 @@
 """Promises that every method keeps, and the options of ``solve``."""
 
+import importlib
 import importlib.util
 import itertools
 import json
@@ -198,6 +199,18 @@ def test_wrong_use_is_refused_in_words(options, words):
     segments = np.array([line(0, k, 1, k) for k in range(3)], float)
     with pytest.raises(SequenceError, match=words):
         solve(segments, **options)
+
+
+def test_ctrl_c_while_refining_returns_the_best_so_far(monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    solving = importlib.import_module("slicer.sequence.solve")
+    monkeypatch.setattr(solving, "refine", interrupted)
+    segments = np.array([line(c, k, c + 1, k) for k in range(3) for c in range(2)], float)
+    result = solve(segments, objective="routed", effort="quick")
+    assert result.stopped
+    assert Problem.build(segments, first=0).refusal(result.order) is None
 
 
 @pytest.fixture(scope="module")

@@ -121,7 +121,7 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     saved = 1 - plan.straight_mm / before if before else 0.0
     result = sliced.result
     early = ", ended early" if result.stopped else ""
-    known = ""
+    known = "" if result.method == "greedy" else "  (no bound: too large a sheet, or too steep)"
     if result.lower_bound_mm is not None:
         known = "  (the least possible)" if result.proved else f"  (at least {result.lower_bound_mm:.3f})"
     time_of_travel = {"travel time": f"{result.cost:.1f} s"} if result.objective == "time" else {}
