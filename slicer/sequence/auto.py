@@ -26,7 +26,7 @@ PROVE_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
 """Toolpaths up to which a proof is tried before anything else."""
 PROVE_AT_ONCE = 300
 """Toolpaths up to which the proof needs no better start."""
-BEAM_UP_TO = {"quick": 1_500, "default": 4_000, "high": 8_000}
+BEAM_UP_TO = {"quick": 1_500, "default": 6_000, "high": 8_000}
 """Toolpaths up to which a beam search over the whole sheet is worth its time."""
 POLISH_UP_TO = 30_000
 ROUNDS = {"quick": 1, "default": 1, "high": 4}
