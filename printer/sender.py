@@ -306,7 +306,9 @@ class Sender:
         self.probe_due = now + self.settings.probe_after_s
 
     def _fail(self, what: str, advice: str) -> None:
-        heard = f"The last thing heard was {self.heard.last_words!r}" if self.heard.last else "It never answered"
+        heard = (
+            f"The last thing heard was {self.heard.last_words!r}" if self.heard.last else "It never answered"
+        )
         if self.state in (State.BOOT, State.HELLO):
             advice += " A printer that was halted (M112, an error) answers again when it has been reset."
         self._end(State.FAILED, f"{what}. {heard}. {advice}")

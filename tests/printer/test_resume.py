@@ -9,7 +9,7 @@ from sheet import SAFETY, assert_same_print, entry, printed, sheet
 from printer import JournalError, ResumeError, Settings, State, make_program
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware, Options
-from printer.replay import highest
+from printer.replay import highest, replay
 from printer.resume import plan_resume, start_of_work
 
 
@@ -168,6 +168,23 @@ def test_a_job_that_printed_nothing_begins_anew():
 def test_after_a_reset_an_unsafe_way_is_refused(safety, height, words):
     with pytest.raises(ResumeError, match=words):
         plan_resume(sheet(), entry(sheet(), 200), safety, rebooted=True, height_mm=height)
+
+
+def test_a_printer_that_was_switched_off_unnoticed_has_forgotten_its_position():
+    """A board that does not reset when its port is opened says ``start`` before anybody listens."""
+    program = sheet()
+    job = entry(program, 200)
+    stands = dict(replay(program, program.index_of_line(200)).position)
+    for left in (stands, stands | {"Z": stands["Z"] + SAFETY.lift_mm}, None):
+        before = plan_resume(program, job, SAFETY, rebooted=False, reported=left).before
+        assert not any(line.startswith("G28") for line in before)
+    switched_on = {"X": 0.0, "Y": 0.0, "Z": 0.0, "E": 0.0}
+    with pytest.raises(ResumeError, match="the job did not leave it .*--height"):
+        plan_resume(program, job, SAFETY, rebooted=False, reported=switched_on)
+    plan = plan_resume(program, job, SAFETY, rebooted=False, reported=switched_on, height_mm=2)
+    assert "G92 Z7" in plan.before
+    assert plan.before.index("G92 Z7") < plan.before.index("G28 X Y")
+    assert any("homes first" in sentence for sentence in plan.text)
 
 
 def test_homing_the_build_axis_away_from_the_print_is_allowed():
