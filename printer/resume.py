@@ -123,6 +123,7 @@ def plan_resume(
         *(line for line in safety.close_lines if not extrusion(line)),
         *(f"{heater} {rest}" for heater, rest in state.temperatures.items()),
         "G21",
+        *state.settings.values(),  # before any extrusion: M302 may be among them
         *lift(safety),
         *(_find_position(safety, target, height_mm, doubt) if doubt else []),
         f"G0 {axis}{number(safe)} {feed(safety.lift_speed_mm_s)}",
@@ -202,7 +203,6 @@ def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm:
     others = [f"{a}{number(v)}" for a, v in target.items() if a != axis]
     return [
         *([state.tool] if state.tool else []),
-        *state.settings.values(),
         *([f"G0 {' '.join(others)} {feed(safety.travel_speed_mm_s)}"] if others else []),
         f"G0 {axis}{number(target[axis])} {feed(safety.lift_speed_mm_s)}",
         *(["M83", f"G1 E{number(prime_mm)} {feed(safety.retract_speed_mm_s)}"] if prime_mm else []),

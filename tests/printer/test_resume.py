@@ -87,9 +87,8 @@ def test_the_nozzle_comes_from_above_and_never_goes_down_before():
     firmware.machine.position.update(X=22.0, Z=1.6)
     bench = Bench([], firmware=firmware, before=plan.before)
     bench.run()
-    moves = [
-        move for k, move in enumerate(firmware.path.moves) if not k or move != firmware.path.moves[k - 1]
-    ]
+    places = [move._replace(e=0) for move in firmware.path.moves]  # drawing back moves nothing
+    moves = [move for k, move in enumerate(places) if not k or move != places[k - 1]]
     highest = 0.2 + 0.2 * 9  # the journal may lag: everything may be printed already
     assert moves[0].z == 1.6 + 5
     assert moves[1].z == pytest.approx(highest + 5)
@@ -168,6 +167,17 @@ def test_a_job_that_printed_nothing_begins_anew():
 def test_after_a_reset_an_unsafe_way_is_refused(safety, height, words):
     with pytest.raises(ResumeError, match=words):
         plan_resume(sheet(), entry(sheet(), 200), safety, rebooted=True, height_mm=height)
+
+
+def test_cold_extrusion_is_allowed_before_material_is_drawn_back():
+    """A cold plunger that was reset refuses it until M302 has come again."""
+    start = ["M302 P1", "M83", ";TOOLPATH 0", "G0 X1 Z1", "G1 E-2 F600", ";TOOLPATH 1", "G0 X2"]
+    program = make_program([*start, "G1 E2", "G1 X3 E1", "G0 X4"])
+    job = entry(program, 9)
+    plan = plan_resume(program, replace(job, ended="stopped"), SAFETY, rebooted=True, height_mm=2)
+    moved = [k for k, line in enumerate(plan.before) if line.startswith("G1 E-")]
+    assert moved
+    assert plan.before.index("M302 P1") < moved[0]
 
 
 def test_a_printer_that_was_switched_off_unnoticed_has_forgotten_its_position():
