@@ -112,7 +112,10 @@ class Job:
             if self.journal is not None:
                 self.journal.close_job(self._acknowledged_line(sender), report.state.value)
             if report.state is State.FAILED:
-                raise StreamError(f"{self.program.name}: {report.message}", report)
+                line = self._acknowledged_line(sender)
+                far = f" Acknowledged up to line {line} ({report.acknowledged} of {report.total} commands)."
+                message = report.message + (far if report.total else "")  # a greeting sends no program
+                raise StreamError(f"{self.program.name}: {message}", report)
             return report
 
     def _leave(self, reader: threading.Thread) -> None:

@@ -9,6 +9,7 @@ import os
 import time
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -129,6 +130,8 @@ class Journal:
         self._file: IO[bytes] = path.open("ab+")
         try:
             lock_file(self._file)
+            if os.fstat(self._file.fileno()).st_ino != path.stat().st_ino:
+                raise OSError("removed by its last owner between our opening and locking it")
         except OSError as error:
             self._file.close()
             raise JournalError(
@@ -180,7 +183,12 @@ class Journal:
         self._append({"line": line, "ended": ended})
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Let go of the file; one in which nothing stands, as its job never began, goes away."""
+        if self._file.closed:
+            return
+        if os.fstat(self._file.fileno()).st_size == 0:
+            with suppress(OSError):  # Windows removes no open file: an empty one stays, and means nothing
+                self.path.unlink()
         self._file.close()
 
     def _append(self, record: dict[str, Any]) -> None:

@@ -74,7 +74,7 @@ def open_port(url: str, baud: int) -> Port:
     except (serial.SerialException, OSError, ValueError) as error:
         known = ", ".join(port.device for port in list_serial_ports()) or "none"
         raise PortError(
-            f"{url}: cannot be opened: {error}. Serial ports of this machine: {known}."
+            f"{url}: cannot be opened: {str(error).rstrip('.')}. Serial ports of this machine: {known}."
         ) from error
     return cast(Port, port)
 

@@ -27,7 +27,8 @@ SETTINGS = frozenset({"M302", "M220", "M221", "M203", "M204", "M205", "M201", "M
 @dataclass
 class Replay:
     """The state after some commands. Lengths in mm, speeds in mm/s, time in s; ``position`` holds the axes
-    whose coordinate is known. ``material_mm`` is what was fed forward, retractions not counted off."""
+    whose coordinate is known. ``material_mm`` is what was fed; what is drawn back and fed forward
+    again counts once."""
 
     unit_mm: float = 1.0
     absolute: bool = True
@@ -63,7 +64,8 @@ class Replay:
             given = words(rest)
             self.time_s += given.get("S") or (given.get("P") or 0.0) / 1000
         elif code == "G28":
-            for axis in set(words(rest)) & set("XYZ") or set("XYZ"):
+            named = words(rest)
+            for axis in [axis for axis in "XYZ" if axis in named] or "XYZ":
                 self.position[axis] = 0.0
         elif code == "G92":
             given = words(rest)
@@ -97,8 +99,8 @@ class Replay:
             fed = value * self.unit_mm - (old if self.absolute_e else 0.0)
             self.position["E"] = old + fed
         self.extruding = fed > 0 and squares > 0
+        self.material_mm += max(0.0, fed - self.retracted_mm)
         self.retracted_mm = max(0.0, self.retracted_mm - fed)
-        self.material_mm += max(fed, 0.0)
         length = math.sqrt(squares) or abs(fed)
         if self.feed_mm_s > 0:
             self.time_s += length * (math.pi / 2 if arc else 1.0) / self.feed_mm_s

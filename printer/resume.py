@@ -1,5 +1,6 @@
 """Where an interrupted job goes on, and how the nozzle gets there without touching the print."""
 
+import math
 import re
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from printer.settings import Safety
 
 PLANNER_MOVES = 16
 QUEUED_LINES = 4
+SLACK_MM = 0.1  # by which a reported position may differ from a programmed one
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +79,20 @@ def _nothing_printed(program: Program) -> ResumeError:
 
 
 def plan_resume(
-    program: Program, entry: Entry, safety: Safety, *, rebooted: bool, height_mm: float | None = None
+    program: Program,
+    entry: Entry,
+    safety: Safety,
+    *,
+    rebooted: bool,
+    height_mm: float | None = None,
+    reported: dict[str, float] | None = None,
 ) -> ResumePlan:
     """Where and how to go on.
 
     ``rebooted`` tells that the printer has forgotten its position; then the profile's home lines must find
     it again, and the height on the build axis too, unless ``height_mm`` gives the nozzle's (in mm).
+    ``reported`` is where the printer believes to be (M114, in mm): a place where the job cannot have left
+    it means the same, for a board that does not reset when its port is opened says ``start`` to nobody.
 
     Raises:
         JournalError: if the program changed, or the job has finished.
@@ -105,6 +115,7 @@ def plan_resume(
         raise ResumeError(
             f"{program.name}: the height ({axis}) at which to go on is unknown: no move sets it."
         )
+    doubt = "The printer was reset" if rebooted else _doubt(program, start, furthest, reported, axis)
     top = highest(program, furthest, axis, safety.close_lines)
     safe = max(target[axis], target[axis] if top is None else top) + safety.lift_mm
     primed = _to_prime(program, acknowledged, entry, state, safety)
@@ -112,18 +123,47 @@ def plan_resume(
         *(line for line in safety.close_lines if not extrusion(line)),
         *(f"{heater} {rest}" for heater, rest in state.temperatures.items()),
         "G21",
+        *state.settings.values(),  # before any extrusion: M302 may be among them
         *lift(safety),
-        *(_find_position(safety, target, height_mm) if rebooted else []),
+        *(_find_position(safety, target, height_mm, doubt) if doubt else []),
         f"G0 {axis}{number(safe)} {feed(safety.lift_speed_mm_s)}",
         *(f"{WAITING[heater]} {rest}" for heater, rest in state.temperatures.items()),
         *(["M83", f"G1 E{number(primed)} {feed(safety.retract_speed_mm_s)}"] if primed < 0 else []),
         *_approach(state, target, safety, max(0.0, primed)),
     ]
     commands = tuple(command for line in before if (command := clean(line)))
-    return ResumePlan(start, commands, _words(program, entry, start, target, axis, safe, rebooted))
+    return ResumePlan(start, commands, _words(program, entry, start, target, axis, safe, doubt))
 
 
-def _find_position(safety: Safety, target: dict[str, float], height_mm: float | None) -> list[str]:
+def _doubt(
+    program: Program, start: int, furthest: int, reported: dict[str, float] | None, axis: str
+) -> str | None:
+    """Why the printer's position cannot be the one that the job left; None if it can be.
+
+    The nozzle may be wherever the commands that may have been carried out lead, and lifted from there.
+    """
+    state = replay(program, start)
+    low = {a: v for a, v in state.position.items() if a in "XYZ"}
+    high = dict(low)
+    for command in program.commands[start:furthest]:
+        state.apply(command)
+        for a in low:
+            low[a] = min(low[a], state.position[a])
+            high[a] = max(high[a], state.position[a])
+    high[axis] = math.inf
+    for a, value in sorted((reported or {}).items()):
+        if a in low and not low[a] - SLACK_MM <= value <= high[a] + SLACK_MM:
+            left = f"from {number(low[a])}" + (f" to {number(high[a])}" if a != axis else "")
+            return (
+                f"The printer says that it stands at {a} {number(value)}, where the job did not leave it "
+                f"({left} mm): it was reset or moved"
+            )
+    return None
+
+
+def _find_position(
+    safety: Safety, target: dict[str, float], height_mm: float | None, doubt: str
+) -> list[str]:
     """Home what the profile calls safe over a standing print, and make sure that it finds every axis."""
     axis, homed = safety.build_axis, set()
     for line in map(clean, safety.home_lines):
@@ -137,12 +177,12 @@ def _find_position(safety: Safety, target: dict[str, float], height_mm: float | 
     missing = set(target) - homed - ({axis} if height_mm is not None else set())
     if missing == {axis}:
         raise ResumeError(
-            f"the printer was reset and has forgotten the height of its nozzle ({axis}): measure it from the "
-            "plate, in mm, and give it with --height."
+            f"{doubt}, so the height of its nozzle ({axis}) is unknown: measure it from the plate, in mm, "
+            "and give it with --height."
         )
     if missing:
         raise ResumeError(
-            f"the printer was reset and has forgotten its position, and the profile's homing lines "
+            f"{doubt}, so its position is unknown, and the profile's homing lines "
             f"{list(safety.home_lines)} do not find {', '.join(sorted(missing))}: add to resume_home_lines."
         )
     raised = [] if height_mm is None or axis in homed else [f"G92 {axis}{number(height_mm + safety.lift_mm)}"]
@@ -163,7 +203,6 @@ def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm:
     others = [f"{a}{number(v)}" for a, v in target.items() if a != axis]
     return [
         *([state.tool] if state.tool else []),
-        *state.settings.values(),
         *([f"G0 {' '.join(others)} {feed(safety.travel_speed_mm_s)}"] if others else []),
         f"G0 {axis}{number(target[axis])} {feed(safety.lift_speed_mm_s)}",
         *(["M83", f"G1 E{number(prime_mm)} {feed(safety.retract_speed_mm_s)}"] if prime_mm else []),
@@ -183,7 +222,7 @@ def _words(
     target: dict[str, float],
     axis: str,
     safe: float,
-    rebooted: bool,
+    doubt: str | None,
 ) -> tuple[str, ...]:
     line = program.lines[start] if start < len(program) else program.acknowledged_line(start)
     place = ", ".join(f"{a} {number(v)}" for a, v in target.items())
@@ -192,6 +231,6 @@ def _words(
     return (
         f"{program.name}: acknowledged up to line {entry.acknowledged_line}, job {entry.ended or 'cut off'}.",
         f"Going back to line {line}, where {what} that was under way; what it printed is printed again.",
-        *(["The printer was reset: it homes first, as the profile says."] if rebooted else []),
+        *([f"{doubt}: it homes first, as the profile says."] if doubt else []),
         f"The nozzle rises to {axis} {number(safe)}, crosses over the print, and comes down at {place} (mm).",
     )

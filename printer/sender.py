@@ -306,11 +306,12 @@ class Sender:
         self.probe_due = now + self.settings.probe_after_s
 
     def _fail(self, what: str, advice: str) -> None:
-        self._end(
-            State.FAILED,
-            f"{what}. {self.window.acknowledged} of {len(self.window.commands)} commands were acknowledged; "
-            f"the last thing heard was {self.heard.last_words!r}. {advice}",
+        heard = (
+            f"The last thing heard was {self.heard.last_words!r}" if self.heard.last else "It never answered"
         )
+        if self.state in (State.BOOT, State.HELLO):
+            advice += " A printer that was halted (M112, an error) answers again when it has been reset."
+        self._end(State.FAILED, f"{what}. {heard}. {advice}")
 
     def _end(self, state: State, message: str) -> None:
         if not self.state.final:

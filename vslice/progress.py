@@ -48,7 +48,7 @@ class Display:
         if progress.resent:
             parts.append(f"{progress.resent} resent")
         if progress.paused:
-            parts.append("PAUSED")
+            parts.append("PAUSED, the nozzle stays on the print")
         return "  ".join(parts)
 
     def plain(self, progress: "Progress") -> None:

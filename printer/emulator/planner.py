@@ -18,18 +18,24 @@ class Move(NamedTuple):
 
 
 class Path:
-    """What the nozzle did. With ``keep`` false only its digest, count and material are kept."""
+    """What the nozzle did. With ``keep`` false only its digest, count and material are kept.
+
+    ``material`` is what was fed in mm; what is drawn back and fed forward again counts once.
+    """
 
     def __init__(self, keep: bool = True) -> None:
         self.keep = keep
         self.count, self.material = 0, 0.0
+        self._drawn_back = 0.0
         self._numbers = array("d")
         self._digest = hashlib.sha256()
 
     def add(self, move: Move) -> None:
         """Append a move that was carried out."""
         self.count += 1
-        self.material += move.e
+        self._drawn_back -= move.e
+        if self._drawn_back < 0:
+            self.material, self._drawn_back = self.material - self._drawn_back, 0.0
         self._digest.update(struct.pack("<4q", *(round(value * 1e5) for value in move)))
         if self.keep:
             self._numbers.extend(move)

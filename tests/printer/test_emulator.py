@@ -8,7 +8,9 @@ from printer.emulator.faults import Faults
 from printer.emulator.firmware import BOOT, Firmware, Options
 from printer.emulator.planner import Move
 from printer.errors import PrinterError
+from printer.program import make_program
 from printer.protocol import frame
+from printer.replay import estimate
 
 
 class Talk:
@@ -115,6 +117,13 @@ def test_cold_extrusion_moves_without_material(talk):
     assert talk.firmware.path.moves == [Move(1, 0, 0, 0)]
     assert talk(b"M302 P1", b"G1 X2 E6", wait=1) == ["ok", "ok"]
     assert talk.firmware.path.material == 1
+
+
+def test_material_that_is_drawn_back_and_fed_again_counts_once(talk):
+    program = [b"M302 P1", b"M83", b"G1 X1 E3 F6000", b"G1 E-1", b"G1 X2", b"G1 E1", b"G1 X3 E2", b"G1 E-1"]
+    talk(*program, wait=5)
+    assert talk.firmware.path.material == 5
+    assert estimate(make_program([line.decode() for line in program])).material_mm == 5
 
 
 @pytest.mark.parametrize("line", [b"FOO", b"g1 x3"])

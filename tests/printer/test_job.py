@@ -134,6 +134,8 @@ def test_a_failure_says_how_far_it_came(fault, words):
     assert caught.value.report.state is State.FAILED
     assert 480 <= caught.value.report.acknowledged <= 500
     assert "last thing heard" in str(caught.value)
+    report = caught.value.report
+    assert f"up to line {report.acknowledged} ({report.acknowledged} of {report.total} " in str(caught.value)
 
 
 def test_a_pulled_cable_on_a_pseudo_terminal():

@@ -150,6 +150,25 @@ def test_no_journal(path):
     assert unfinished(path) is None
 
 
+def test_a_job_that_never_began_leaves_no_journal(path):
+    journal = Journal(path)
+    journal.begin(JOB)
+    journal.close()
+    assert not path.exists()
+    journal.close()
+
+
+def test_a_journal_that_its_owner_removed_meanwhile_is_nobodys(path, monkeypatch):
+    first = Journal(path)
+
+    def lock(file):  # the first sender closes between our opening and our locking
+        first.close()
+
+    monkeypatch.setattr("printer.journal.lock_file", lock)
+    with pytest.raises(JournalError, match="another sender"):
+        Journal(path)
+
+
 def test_a_streamed_job_is_journaled_to_its_end(path):
     journal = Journal(path)
     journal.begin(JOB)

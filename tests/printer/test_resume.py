@@ -9,7 +9,7 @@ from sheet import SAFETY, assert_same_print, entry, printed, sheet
 from printer import JournalError, ResumeError, Settings, State, make_program
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware, Options
-from printer.replay import highest
+from printer.replay import highest, replay
 from printer.resume import plan_resume, start_of_work
 
 
@@ -87,9 +87,8 @@ def test_the_nozzle_comes_from_above_and_never_goes_down_before():
     firmware.machine.position.update(X=22.0, Z=1.6)
     bench = Bench([], firmware=firmware, before=plan.before)
     bench.run()
-    moves = [
-        move for k, move in enumerate(firmware.path.moves) if not k or move != firmware.path.moves[k - 1]
-    ]
+    places = [move._replace(e=0) for move in firmware.path.moves]  # drawing back moves nothing
+    moves = [move for k, move in enumerate(places) if not k or move != places[k - 1]]
     highest = 0.2 + 0.2 * 9  # the journal may lag: everything may be printed already
     assert moves[0].z == 1.6 + 5
     assert moves[1].z == pytest.approx(highest + 5)
@@ -168,6 +167,34 @@ def test_a_job_that_printed_nothing_begins_anew():
 def test_after_a_reset_an_unsafe_way_is_refused(safety, height, words):
     with pytest.raises(ResumeError, match=words):
         plan_resume(sheet(), entry(sheet(), 200), safety, rebooted=True, height_mm=height)
+
+
+def test_cold_extrusion_is_allowed_before_material_is_drawn_back():
+    """A cold plunger that was reset refuses it until M302 has come again."""
+    start = ["M302 P1", "M83", ";TOOLPATH 0", "G0 X1 Z1", "G1 E-2 F600", ";TOOLPATH 1", "G0 X2"]
+    program = make_program([*start, "G1 E2", "G1 X3 E1", "G0 X4"])
+    job = entry(program, 9)
+    plan = plan_resume(program, replace(job, ended="stopped"), SAFETY, rebooted=True, height_mm=2)
+    moved = [k for k, line in enumerate(plan.before) if line.startswith("G1 E-")]
+    assert moved
+    assert plan.before.index("M302 P1") < moved[0]
+
+
+def test_a_printer_that_was_switched_off_unnoticed_has_forgotten_its_position():
+    """A board that does not reset when its port is opened says ``start`` before anybody listens."""
+    program = sheet()
+    job = entry(program, 200)
+    stands = dict(replay(program, program.index_of_line(200)).position)
+    for left in (stands, stands | {"Z": stands["Z"] + SAFETY.lift_mm}, None):
+        before = plan_resume(program, job, SAFETY, rebooted=False, reported=left).before
+        assert not any(line.startswith("G28") for line in before)
+    switched_on = {"X": 0.0, "Y": 0.0, "Z": 0.0, "E": 0.0}
+    with pytest.raises(ResumeError, match="the job did not leave it .*--height"):
+        plan_resume(program, job, SAFETY, rebooted=False, reported=switched_on)
+    plan = plan_resume(program, job, SAFETY, rebooted=False, reported=switched_on, height_mm=2)
+    assert "G92 Z7" in plan.before
+    assert plan.before.index("G92 Z7") < plan.before.index("G28 X Y")
+    assert any("homes first" in sentence for sentence in plan.text)
 
 
 def test_homing_the_build_axis_away_from_the_print_is_allowed():

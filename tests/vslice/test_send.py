@@ -205,6 +205,17 @@ def test_a_second_sender_on_the_same_port_is_refused(run, part):
         code, _, err = run("send", part, "--port", printer.path, "--no-check", *QUICK)
     assert code == 1
     assert "in use by another sender" in err
+    assert not journal_path(part).exists(), "a journal of a job that never began"
+
+
+def test_a_journal_without_a_record_hides_no_interrupted_job(run, part):
+    journal_path(part.with_name("other.gcode")).touch()
+    with emulated() as printer:
+        run("send", part, "--port", printer.path, "--no-check", *QUICK)
+        path = journal_path(part)
+        path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
+        code, _, err = run("send", "--resume", "--yes", *QUICK)
+    assert code == 0, err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")

@@ -152,9 +152,11 @@ def stream_program(program_file: Path, port: str, settings: "Settings", profile_
 
     program = read_program(program_file)
     path = journal_path(program_file)
-    if (line := unfinished(path)) is not None:
-        say(f"{program.name}: its last job ended at line {line}; this begins anew (--resume would go on).")
     with closing(Journal(path)) as journal:
+        if (line := unfinished(path)) is not None:
+            say(
+                f"{program.name}: its last job ended at line {line}; this begins anew (--resume would go on)."
+            )
         journal.begin(JobRecord(str(program_file.resolve()), program.sha256, port, profile_name))
         with _resume_offered(program, path):
             report = _run(program, port, settings, journal)
@@ -275,16 +277,14 @@ class _Interrupted:
 
 def _interrupted(program_file: Path | None) -> _Interrupted:
     """The job to go on with: that of the file, or the only unfinished one beside the current folder."""
-    from printer.journal import SUFFIX, journal_path, read_journal
+    from printer.journal import SUFFIX, journal_path, read_journal, unfinished
 
     if program_file is not None:
         job = read_journal(journal_path(program_file)).job
         return _Interrupted(program_file, job.port, job.profile)
-    found = []
-    for path in sorted(Path.cwd().glob(f"*{SUFFIX}")):
-        entry = read_journal(path)
-        if not entry.finished:
-            found.append(entry.job)
+    journals = sorted(Path.cwd().glob(f"*{SUFFIX}"))
+    # One without a whole record is of a job that never began.
+    found = [read_journal(path).job for path in journals if unfinished(path) is not None]
     if len(found) != 1:
         names = ", ".join(Path(job.program).name for job in found) or "none"
         raise click.UsageError(f"Interrupted jobs in this folder: {names}. Give the program to resume.")
@@ -305,10 +305,15 @@ def _resume(
         entry = journal.reopen(port)
         check_unchanged(program, entry)
         with closing(open_port(port, settings.baud)) as line:
-            # First only greet the printer: whether it was reset decides how the nozzle may move.
-            greeting = Job(make_program([], name="greeting"), line, settings).run()
+            # First only ask the printer: whether it was reset decides how the nozzle may move.
+            greeting = Job(make_program(["M114"], name=program.name), line, settings).run()
             plan = plan_resume(
-                program, entry, settings.safety, rebooted=greeting.rebooted, height_mm=height_mm
+                program,
+                entry,
+                settings.safety,
+                rebooted=greeting.rebooted,
+                height_mm=height_mm,
+                reported=greeting.position,
             )
             for sentence in plan.text:
                 click.echo(sentence, err=True)
