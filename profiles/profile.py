@@ -132,6 +132,9 @@ class Printer(_Section):
         3.0, description="How long to wait for a printer that resets on opening."
     )
     stop_lift_mm: NotNegative = Field(10.0, description="How far the nozzle rises when a job is stopped.")
+    build_axis_homes_up: bool = Field(
+        False, strict=True, description="Whether Z homes away from the bed, so that homing it is safe."
+    )
     stop_lines: tuple[str, ...] = Field(
         ("M104 S0", "M140 S0"), description="Lines sent at a controlled stop, such as heaters off."
     )

@@ -111,6 +111,7 @@ def settings_of(profile: "Profile") -> "Settings":
     speeds = profile.machine.max_speed_mm_s
     safety = Safety(
         build_axis="Z",
+        build_axis_homes_up=serial.build_axis_homes_up,
         lift_mm=serial.stop_lift_mm,
         lift_speed_mm_s=min(speeds[2], motion.travel_speed_mm_s),
         travel_speed_mm_s=motion.travel_speed_mm_s,
