@@ -13,11 +13,8 @@ they can start from one. Every order is checked and measured by us, not by its s
 
 import argparse
 import json
-<<<<<<< HEAD
-import resource
-=======
 import os
->>>>>>> peers
+import resource
 import statistics
 import subprocess
 import time
@@ -56,12 +53,9 @@ def main() -> None:
     parser.add_argument("--method", default="auto")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--sizes", type=int, nargs="*", default=[])
-<<<<<<< HEAD
     parser.add_argument("--only", default="*", help="names of instances, with wildcards")
-=======
     parser.add_argument("--peers", metavar="PYTHON", help="interpreter that has the peers installed")
     parser.add_argument("--peer-seconds", type=float, default=30.0, help="time limit of each peer's solver")
->>>>>>> peers
     options = parser.parse_args()
     print("| instance | toolpaths | J median | J best | J / n | bound | gap | seconds | peak MB |")
     print("|---|---|---|---|---|---|---|---|---|")
