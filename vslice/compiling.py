@@ -34,8 +34,10 @@ def compile_the_rest() -> None:
     from slicer import travel
     from slicer.sequence import Problem
     from slicer.sequence.cost import Objective
+    from slicer.sequence.levels import level_start
     from slicer.sequence.local import local
     from slicer.sequence.method import Options
+    from slicer.sequence.neighbours import neighbours
     from slicer.sequence.refine import refine
     from slicer.sequence.true_cost import true_cost
 
@@ -53,9 +55,10 @@ def compile_the_rest() -> None:
         first=0,
         first_flipped=False,
     )
+    goal = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
+    level_start(problem, goal, neighbours(problem, goal))  # the other process is at the sweep meanwhile
     order = np.arange(6)
     travel.plan(segments, order, np.zeros(6, np.bool_), clearance_mm=0.2)
-    goal = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
     oriented = (2 * order).astype(np.int32)
     true_cost(problem, goal, oriented)
     options = Options(effort="quick", objective=goal, initial=oriented)
