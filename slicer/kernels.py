@@ -56,5 +56,9 @@ def _forget_outdated(package: Path) -> None:
     """
     newest = max(source.stat().st_mtime for source in package.rglob("*.py"))
     for index in package.rglob("__pycache__/*.nbi"):
-        if index.stat().st_mtime < newest and os.access(index.parent, os.W_OK):
+        try:
+            outdated = index.stat().st_mtime < newest
+        except FileNotFoundError:
+            continue  # another process that has just started was faster
+        if outdated and os.access(index.parent, os.W_OK):
             index.unlink(missing_ok=True)

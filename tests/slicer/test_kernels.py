@@ -28,3 +28,18 @@ def test_a_kernel_follows_what_it_calls(tmp_path):
     assert run(1, now - 100) == "10\n"
     assert list(package.rglob("*.nbi")), "nothing was kept, so this shows nothing"
     assert run(2, now + 100) == "20\n"
+
+
+def test_an_index_that_another_process_drops_meanwhile_is_no_failure(tmp_path, monkeypatch):
+    from pathlib import Path
+
+    from slicer.kernels import _forget_outdated
+
+    package = tmp_path / "somepackage"
+    (package / "__pycache__").mkdir(parents=True)
+    (package / "module.py").write_text("")
+    gone = package / "__pycache__" / "module.f-1.py311.nbi"
+    listed = Path.rglob
+    monkeypatch.setattr(Path, "rglob", lambda self, p: [gone] if p.endswith("nbi") else listed(self, p))
+    _forget_outdated(package)
+    assert not gone.exists()
