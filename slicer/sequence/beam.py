@@ -26,7 +26,7 @@ PASSES = {
     "high": ((10, 2_500), (40, 50_000), (100, 250_000)),
 }
 """Steps of the bound, and the successors of a layer in the search after them."""
-MOST_GENERATED = 200_000_000
+MOST_GENERATED = 100_000_000
 """Successors of all layers of a search."""
 SUCCESSORS_PER_COLUMN = 5
 """About so many successors has a node for each column of the sheet."""
