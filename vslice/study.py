@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from profiles import Profile
 from slicer import grid, sequence, travel
 from slicer.errors import GridError
 from slicer.sequence import Problem, Result
 from slicer.sequence.cost import ObjectiveName
-from slicer.sequence.evaluate import cost_of
 from slicer.sequence.method import Progress
+from slicer.sequence.true_cost import true_cost
 from vslice.objective import objective_of
 from vslice.pipeline import hatched, problem_of
 
@@ -128,7 +129,7 @@ def run_methods(
             plan = travel.plan(
                 problem.segments, result.order, result.flipped, clearance_mm=profile.motion.clearance_mm
             )
-            trace.points.append((result.runtime_s, cost_of(plan, objective_of(profile, objective))))
+            trace.points.append((result.runtime_s, result.cost))
             traces.append(trace)
             runs.setdefault(method, []).append(result)
             plans.setdefault(method, []).append(plan)
@@ -146,7 +147,9 @@ def run_methods(
                 travel_mean_mm=mean,
                 travel_best_mm=min(travel_mm),
                 routed_mean_mm=float(np.mean([plan.routed_mm for plan in plans[method]])),
-                time_mean_s=float(np.mean([cost_of(plan, timed) for plan in plans[method]])),
+                time_mean_s=float(
+                    np.mean([true_cost(problem, timed, _oriented(result)) for result in found])
+                ),
                 bound_mm=max((r.lower_bound_mm for r in found if r.lower_bound_mm is not None), default=None),
                 gap_percent=100 * (mean / bound - 1) if bound else None,
                 below_greedy_percent=100 * (1 - mean / greedy_mm) if greedy_mm else 0.0,
@@ -156,6 +159,11 @@ def run_methods(
             )
         )
     return rows, traces
+
+
+def _oriented(result: Result) -> NDArray[np.int32]:
+    oriented: NDArray[np.int32] = (2 * result.order + result.flipped).astype(np.int32)
+    return oriented
 
 
 def as_text(rows: Sequence[Row], file_format: str) -> str:
