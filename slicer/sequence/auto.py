@@ -19,6 +19,7 @@ from slicer.sequence.local import HEAT, budget, improve
 from slicer.sequence.method import Found, Method, Options
 from slicer.sequence.neighbours import Neighbours, neighbours
 from slicer.sequence.problem import Problem
+from slicer.sequence.product_bound import raise_product_bound
 from slicer.sequence.section import Section
 from slicer.sequence.window import polish
 
@@ -85,7 +86,6 @@ class _Run:
                 kicks, heat = min(kicks, REST * n * ROUNDS[effort]), MILD
                 windows = windows and effort == "high"
         elif n <= BEAM_UP_TO[effort]:
-            self.incumbent.report("columns with too many down-sets for a bound", bounded=False)
             kicks //= 2  # steep sheets, whose blocks are long and dear to move
         for turn in range(1, ROUNDS[effort] + 1):
             if not self.kick(kicks // ROUNDS[effort], heat, turn):
@@ -96,7 +96,10 @@ class _Run:
             if self.options.out_of_time():
                 return False
             heat = MILD
-        return True
+        if self.bound is None and self.options.objective.name == "straight":
+            raise_product_bound(self.problem, self.options, self.incumbent)
+            self.bound = self.incumbent.lower_bound or None
+        return not self.options.out_of_time()
 
     def enumerable(self) -> bool:
         """Whether the columns have so few down-sets that all of them can be looked at."""

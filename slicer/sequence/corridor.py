@@ -61,7 +61,7 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
     limit = max(int(np.sqrt(most_arcs / max(1, section.columns - 1))), 2 * int(size.max()))
     while True:
         sets = down_sets(section, limit, guide)
-        states, arcs = _extent(sets, bounds)
+        states, arcs = extent(sets, bounds)
         if arcs <= most_arcs and states <= MOST_DENSE:
             return Corridor(sets, cover(sets, MERGED_STATES), None, sets.complete)
         if limit <= 2 * sets.size.max():
@@ -91,7 +91,7 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
     return None
 
 
-def _extent(sets: DownSets, bounds: NDArray[np.int32]) -> tuple[int, int]:
+def extent(sets: DownSets, bounds: NDArray[np.int32]) -> tuple[int, int]:
     """The states of all blocks of one or two columns, and their arcs: ends times next entries of each."""
     moves, tops = np.diff(sets.step_start).astype(np.int64), np.diff(sets.top_start).astype(np.int64)
     first = sets.start[:-1]

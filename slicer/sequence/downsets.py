@@ -72,6 +72,20 @@ def down_sets(section: Section, limit: int, guide: NDArray[np.int32] | None = No
         guide: int32 (n,), a printable order of toolpaths that begins and ends as the section must; None
             for any such order.
     """
+    sets = _down_sets(section, limit, guide, (UNLIMITED, *range(WIDEST_CORRIDOR, -1, -1)))
+    assert sets is not None  # a corridor of width 0 fits whatever the limit is
+    return sets
+
+
+def all_down_sets(section: Section, limit: int) -> DownSets | None:
+    """All down-sets of each column, or None where one column has more than ``limit``."""
+    return _down_sets(section, limit, None, (UNLIMITED,))
+
+
+def _down_sets(
+    section: Section, limit: int, guide: NDArray[np.int32] | None, widths: tuple[int, ...]
+) -> DownSets | None:
+    """The down-sets of each column in the first of these corridors that fits, if there is one."""
     n, columns = section.n, section.columns
     rank = np.empty(n, np.int32)
     rank[any_order(section) if guide is None else guide] = np.arange(n, dtype=np.int32)
@@ -84,11 +98,13 @@ def down_sets(section: Section, limit: int, guide: NDArray[np.int32] | None = No
     corridor = np.full(columns, UNLIMITED, np.int32)
     for c in range(columns):
         paths = by_column[begin[c] : begin[c + 1]]
-        for width in (UNLIMITED, *range(WIDEST_CORRIDOR, -1, -1)):
+        for width in widths:
             member, step_start, step = _column(section, paths, local, width, limit)
             if len(member):
                 corridor[c] = width
                 break
+        else:
+            return None
         top_start, top_path, slot = _tops(section, paths, local, member, step)
         parts.append(
             (step_start[:-1] + moves, step[0], step[1] + sets[-1], slot, top_start[:-1] + tops, top_path)

@@ -18,7 +18,7 @@ from slicer.sequence.neighbours import Neighbours, neighbours
 from slicer.sequence.problem import Problem
 
 KICKS_PER_TOOLPATH = {"quick": 60, "default": 250, "high": 3_000}
-MOST_KICKS = {"quick": 100_000, "default": 800_000, "high": 2_500_000}
+MOST_KICKS = {"quick": 100_000, "default": 650_000, "high": 2_500_000}
 """Beyond these a toolpath gets less than that, but never less than the next."""
 FEWEST = {"quick": 10, "default": 30, "high": 150}
 SWEEPS = 20
