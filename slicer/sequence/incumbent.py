@@ -53,4 +53,4 @@ class Incumbent:
         """Say how things stand, if anyone listens."""
         if self._options.progress is not None:
             bound = self.lower_bound if bounded else None
-            self._options.progress(Progress(stage, self.cost, bound))
+            self._options.progress(Progress(stage, self.cost, bound, self.oriented))

@@ -9,8 +9,8 @@ from slicer.sequence.pair_bound import PairBound
 
 ARCS_PER_NODE = 60
 """So many arcs of the bound are looked at in the time in which a search generates one node."""
-STRIDE = 10
-"""Steps of the bound between two looks at the clock."""
+MOST_BETWEEN = 100_000_000
+"""Arcs of the bound that are looked at between two looks at the clock, in ten steps at most."""
 
 
 @dataclass
@@ -40,8 +40,9 @@ def raise_bound(
 ) -> None:
     """Raise a bound by some steps, settle it, and tell the incumbent."""
     arcs = bound.blocks.arcs
-    for done in range(0, steps, STRIDE):
-        count = min(STRIDE, steps - done)
+    stride = max(1, min(10, MOST_BETWEEN // max(1, arcs)))
+    for done in range(0, steps, stride):
+        count = min(stride, steps - done)
         ledger.work += count * arcs // ARCS_PER_NODE
         at_rest = bound.improve(incumbent.cost, count)
         if complete:

@@ -16,11 +16,19 @@ EFFORTS = ("quick", "default", "high")
 
 @dataclass(frozen=True)
 class Progress:
-    """A word from a running method: the cost of its best sequence (mm, or s) and the bound on it."""
+    """A word from a running method.
+
+    Attributes:
+        stage: what has just been done.
+        cost: what the best sequence so far costs by the objective, mm or s.
+        lower_bound: no sequence costs less, in the same unit; None where nothing is known.
+        oriented: int32 (n,), that sequence as oriented toolpaths; not to be changed.
+    """
 
     stage: str
     cost: float
     lower_bound: float | None
+    oriented: NDArray[np.int32] | None = None
 
 
 @dataclass(frozen=True, eq=False)

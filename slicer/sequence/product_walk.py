@@ -58,14 +58,14 @@ def arc_cost(layout: Layout, price: NDArray[np.float64], c: int, u: int, v: int)
     middle, last = 2 * layout.begin[c + 1], len(layout.begin) - 2
     dx = layout.point[u ^ 1, 0] - layout.point[v, 0]
     dy = layout.point[u ^ 1, 1] - layout.point[v, 1]
-    cost = np.sqrt(dx * dx + dy * dy)
+    cost = float(np.sqrt(dx * dx + dy * dy))
     if u < middle and v < middle:
         return cost if c == 0 else 0.5 * cost
     if u >= middle and v >= middle:
         return cost if c + 1 == last else 0.5 * cost
     if u < middle:
-        return cost - price[LEAVE_RIGHT, u] - price[ENTER_LEFT, v]
-    return cost - price[LEAVE_LEFT, u] - price[ENTER_RIGHT, v]
+        return cost - float(price[LEAVE_RIGHT, u] + price[ENTER_LEFT, v])
+    return cost - float(price[LEAVE_LEFT, u] + price[ENTER_RIGHT, v])
 
 
 @bare_kernel
@@ -76,9 +76,9 @@ def way_cost(layout: Layout, price: NDArray[np.float64], c: int, way: int, u: in
         return np.inf
     here = u < 2 * layout.begin[c + 1]
     if here == leftward:
-        return price[way, u]
+        return float(price[way, u])
     x = layout.point[u ^ 1 if way in (LEAVE_LEFT, LEAVE_RIGHT) else u, 0]
-    return (x - layout.seam[c] if leftward else layout.seam[c + 1] - x) - price[way, u]
+    return float((x - layout.seam[c] if leftward else layout.seam[c + 1] - x) - price[way, u])
 
 
 @kernel

@@ -15,7 +15,7 @@ from slicer.sequence.cost import FORBIDDEN
 from slicer.sequence.descent import best_move
 from slicer.sequence.exchange import EPS, exchange, tour
 from slicer.sequence.kicks import REACH, draw, kick
-from slicer.sequence.method import Options, Progress
+from slicer.sequence.method import Options
 from slicer.sequence.neighbours import neighbours
 from slicer.sequence.problem import Problem
 from slicer.sequence.true_cost import travel_cost, true_cost
@@ -25,6 +25,8 @@ TRIES_PER_TOOLPATH = {"quick": 5, "default": 40, "high": 300}
 SWEEPS = 2
 WINDOW = 60
 """Positions that are priced together."""
+WINDOWS = 200
+"""About so many windows pass between two looks at the clock."""
 
 
 def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -36,12 +38,10 @@ def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> N
     tries = TRIES_PER_TOOLPATH[options.effort] * WINDOW // (2 * SWEEPS)
     worse = float(np.median(work.cost[0, 2:-1]))
     for _ in range(SWEEPS):
-        if options.out_of_time():
-            break
-        _sweep(*work, problem.segments, state, tries, worse)
-        if options.progress is not None:
-            cost = true_cost(problem, options.objective, work.oriented)
-            options.progress(Progress("true travels", cost, None))
+        place = np.array([1, LEFT, 2])
+        piece, link = new_skyline(problem.n)
+        while place[0] <= problem.n and not options.out_of_time():
+            _sweep(*work, problem.segments, state, tries, worse, piece, link, place)
     refined = work.oriented
     if true_cost(problem, options.objective, refined) < true_cost(problem, options.objective, oriented):
         return refined
@@ -62,16 +62,24 @@ def _sweep(
     state: NDArray[np.uint64],
     tries: int,
     worse: float,
+    piece: NDArray[np.float64],
+    link: NDArray[np.int32],
+    place: NDArray[np.int64],
 ) -> None:
-    """One sweep of windows that overlap by half, ``tries`` exchanges in each."""
+    """Some windows of a sweep, which overlap by half, with ``tries`` exchanges in each.
+
+    ``place`` is the position that the sweep has come to, and the cursor and the pieces taken of the skyline
+    there; it is moved on.
+    """
     n = order.shape[1] - 2
-    piece, link = new_skyline(n)
-    cursor, used = LEFT, 2
+    cursor, used = place[1], place[2]
     scratch, scratch_link = new_skyline(n)
     hull = np.empty((4 * n + 8, 2))
     spare = np.empty((max(longest, REACH), 3))
-    low = 1
-    while low <= n:
+    low = place[0]
+    for _ in range(WINDOWS):
+        if low > n:
+            break
         high = min(n + 1, low + WINDOW)
         first = max(low, fixed)
         now = _price(piece, link, scratch, scratch_link, hull, segments, parameters, order, low, high)
@@ -114,6 +122,7 @@ def _sweep(
         for p in range(low, min(high, low + WINDOW // 2)):
             cursor, used = lay(piece, link, cursor, used, segments[order[0, p] >> 1])
         low += WINDOW // 2
+    place[0], place[1], place[2] = low, cursor, used
 
 
 @kernel

@@ -15,13 +15,13 @@ from slicer.sequence.beam import beam
 from slicer.sequence.cost import Objective, ObjectiveName
 from slicer.sequence.directions import directed
 from slicer.sequence.exact import exact
+from slicer.sequence.goal import search_by_stand_ins
 from slicer.sequence.greedy import greedy
 from slicer.sequence.local import local
 from slicer.sequence.mcts import mcts
 from slicer.sequence.method import EFFORTS, Found, Method, Options, Progress
 from slicer.sequence.multistart import multistart
 from slicer.sequence.problem import Problem
-from slicer.sequence.refine import refine
 from slicer.sequence.result import Result
 from slicer.sequence.true_cost import true_cost
 from slicer.sequence.workers import run_workers
@@ -37,10 +37,7 @@ METHODS: dict[str, Method] = {
     "aco": aco,
 }
 
-STAND_INS: tuple[ObjectiveName, ...] = ("straight", "time")
-"""Objectives that do not need the skyline, or are taken without it."""
-
-SKYLINE_GOALS: tuple[ObjectiveName, ...] = ("routed", "time")
+RELATIVE_EPS = 1e-9
 
 Initial = ArrayLike | tuple[ArrayLike, ArrayLike] | Result
 
@@ -113,6 +110,10 @@ def solve(
         raise AssertionError(f"method {method} returned an order that cannot be printed: {refused}")
     travel = problem.travel_mm(order, flipped)
     bound = 0.0 if problem.n < 2 else found.lower_bound_mm
+    if bound is not None and bound > travel * (1 + RELATIVE_EPS):
+        raise AssertionError(
+            f"method {method} claims that no travel is below {bound} mm, but found {travel} mm"
+        )
     return Result(
         order=order,
         flipped=flipped,
@@ -130,51 +131,18 @@ def solve(
 
 
 def _search(problem: Problem, method: str, options: Options) -> Found:
-    """Run a method; for an objective that depends on the skyline, on what stands for it, and refine.
-
-    What a travel costs over the skyline depends on all that was printed before. Methods see the straight
-    travel instead, once by its length and once by its time; both sequences are refined by the true cost of
-    either kind. All of these are candidates whatever the goal, so that no objective is served worse than by
-    optimising another one.
-    """
-    run = METHODS[method]
-    goal = options.objective
-    if not goal.routed or problem.n < 2:
-        return _at_least_initial(problem, run(problem, options), options)
-    found: list[Found] = []
-    candidates: list[NDArray[np.int32]] = []
-    stopped = False
-    try:
-        for stand_in in STAND_INS:
-            found.append(run(problem, replace(options, objective=replace(goal, name=stand_in))))
-            candidates.append(found[-1].oriented)
-            stopped = found[-1].stopped
-            if stopped:
-                break
-        if not stopped and method not in ("greedy", "multistart"):
-            for name in SKYLINE_GOALS:
-                refined = replace(options, objective=replace(goal, name=name))
-                candidates.extend(refine(problem, refined, one.oriented) for one in found)
-        carrying = _carrying_skyline(method, problem.n, options.effort)
-        if carrying is not None and not stopped:
-            # States know what is printed, so these methods see the true cost of every travel.
-            best_so_far = min(candidates, key=lambda oriented: true_cost(problem, goal, oriented))
-            exactly = METHODS[carrying](problem, options.starting_from(best_so_far))
-            candidates.append(exactly.oriented)
-            stopped = exactly.stopped
-    except KeyboardInterrupt:
-        if not candidates:
-            raise
-        stopped = True
-    bounds = [one.lower_bound_mm for one in found if one.lower_bound_mm is not None]
-    best = Found(
-        min(candidates, key=lambda oriented: true_cost(problem, goal, oriented)),
-        sum(one.nodes_visited for one in found),
-        sum(one.states_created for one in found),
-        max(bounds, default=None),
-        stopped or options.out_of_time(),
+    """Run a method for an objective; over the skyline, by what stands in for it."""
+    if not options.objective.routed or problem.n < 2:
+        return _at_least_initial(problem, METHODS[method](problem, options), options)
+    carrying = _carrying_skyline(method, problem.n, options.effort)
+    found = search_by_stand_ins(
+        problem,
+        METHODS[method],
+        None if carrying is None else METHODS[carrying],
+        options,
+        refined=method not in ("greedy", "multistart"),
     )
-    return _at_least_initial(problem, best, options)
+    return _at_least_initial(problem, found, options)
 
 
 def _carrying_skyline(method: str, n: int, effort: str) -> str | None:
@@ -224,18 +192,22 @@ def _given(problem: Problem, initial: Initial, objective: Objective) -> NDArray[
         order, flips = np.asarray(initial[0]), initial[1]
     else:
         order = np.asarray(initial)
+    if problem.n == 0 and order.size == 0:
+        return np.empty(0, np.int32)
     if order.shape != (problem.n,) or not np.issubdtype(order.dtype, np.integer):
         raise SequenceError(
             f"the initial order has shape {order.shape} and type {order.dtype}, but must hold "
             f"{problem.n} whole numbers"
         )
-    if problem.n == 0:
-        return np.empty(0, np.int32)
     refused = problem.refusal(order)
     if refused is not None:
         raise SequenceError(f"the initial order cannot be printed: {refused}")
     if flips is None:
-        return directed(problem, order, objective)
+        # The best directions for direct travels need not be the best over the skyline.
+        fixed = problem.first_flipped
+        ways = [directed(problem, order, objective)]
+        ways += [(2 * order + flip).astype(np.int32) for flip in (0, 1) if fixed in (None, bool(flip))]
+        return min(ways, key=lambda oriented: true_cost(problem, objective, oriented))
     flipped = np.asarray(flips)
     if flipped.shape != order.shape:
         raise SequenceError(f"the initial directions have shape {flipped.shape}, but must have {order.shape}")

@@ -113,7 +113,7 @@ def test_a_large_sheet_is_bounded_as_far_as_the_effort_goes(monkeypatch):
 
 def test_a_column_with_too_many_down_sets_has_no_bound_and_says_so(monkeypatch):
     monkeypatch.setitem(auto.BEAM_UP_TO, "quick", 100)
-    monkeypatch.setattr(product_bound, "MOST_DOWN_SETS", 50)
+    monkeypatch.setattr(product_bound, "MOST_DOWN_SETS", 0)
     heard: list[Progress] = []
     result = solve(walk(9, 9, 1, None, 89.0), effort="quick", progress=heard.append)
     assert result.lower_bound_mm is None

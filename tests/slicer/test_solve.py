@@ -205,8 +205,7 @@ def test_ctrl_c_while_refining_returns_the_best_so_far(monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    solving = importlib.import_module("slicer.sequence.solve")
-    monkeypatch.setattr(solving, "refine", interrupted)
+    monkeypatch.setattr(importlib.import_module("slicer.sequence.goal"), "refine", interrupted)
     segments = np.array([line(c, k, c + 1, k) for k in range(3) for c in range(2)], float)
     result = solve(segments, objective="routed", effort="quick")
     assert result.stopped

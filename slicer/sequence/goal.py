@@ -1,0 +1,122 @@
+"""Objectives that depend on what is printed at each moment, served by methods that do not look at it.
+
+What a travel costs over the skyline depends on all that was printed before. Methods see the straight travel
+instead, once by its length and once by its time; what they find is refined by the true cost of either kind.
+All of these are candidates whatever the goal, so that no objective is served worse than by optimising
+another one. Where little time is given, the goal's own kind comes first.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.cost import ObjectiveName
+from slicer.sequence.greedy import greedy
+from slicer.sequence.method import Found, Method, Options, Progress
+from slicer.sequence.problem import Problem
+from slicer.sequence.refine import refine
+from slicer.sequence.true_cost import true_cost
+
+STAND_INS: tuple[ObjectiveName, ...] = ("straight", "time")
+"""Objectives that do not need the skyline, or are taken without it."""
+SKYLINE_GOALS: tuple[ObjectiveName, ...] = ("routed", "time")
+FIRST_SHARE = 0.5
+"""Of a time limit, what the first search may take, so that something is left to refine what it finds."""
+
+
+def search_by_stand_ins(
+    problem: Problem, method: Method, carrying: Method | None, options: Options, *, refined: bool
+) -> Found:
+    """Serve a routed objective.
+
+    Args:
+        problem: at least two toolpaths.
+        method: what finds sequences by straight travel.
+        carrying: a method that knows in each state what is printed, to be run in the end; or None.
+        options: whose objective is routed.
+        refined: whether what is found is refined; otherwise the method finds the same by either kind.
+    """
+    own: ObjectiveName = "time" if options.objective.name == "time" else "straight"
+    stand_ins: list[ObjectiveName] = [own]
+    if refined:
+        stand_ins += [name for name in STAND_INS if name != own]
+    start = options.initial if options.initial is not None else greedy(problem, options).oriented
+    best = _Best(problem, options, start)
+    found: list[Found] = []
+    stopped = False
+    try:
+        for name in stand_ins:
+            inner = replace(options, objective=replace(options.objective, name=name))
+            if options.deadline is not None and not found:
+                now = time.perf_counter()
+                inner = replace(inner, deadline=now + FIRST_SHARE * (options.deadline - now))
+            one = method(problem, replace(inner, progress=best.listener(name)))
+            found.append(one)
+            best.offer(one.oriented)
+            for goal in SKYLINE_GOALS if refined else ():
+                aim = replace(options, objective=replace(options.objective, name=goal), progress=None)
+                best.offer(refine(problem, aim, one.oriented))
+                best.report("true travels")
+            stopped = one.stopped or options.out_of_time()
+            if stopped:
+                break
+        if carrying is not None and not stopped:
+            # States know what is printed, so these methods see the true cost of every travel.
+            last = replace(
+                options.starting_from(best.oriented), progress=best.listener(options.objective.name)
+            )
+            found.append(carrying(problem, last))
+            best.offer(found[-1].oriented)
+            stopped = found[-1].stopped
+    except KeyboardInterrupt:
+        stopped = True
+    bounds = [one.lower_bound_mm for one in found if one.lower_bound_mm is not None]
+    return Found(
+        best.oriented,
+        sum(one.nodes_visited for one in found),
+        sum(one.states_created for one in found),
+        max(bounds, default=None),
+        stopped or options.out_of_time(),
+    )
+
+
+class _Best:
+    """The sequence of the least true cost so far, and who is told about it."""
+
+    def __init__(self, problem: Problem, options: Options, oriented: NDArray[np.int32]) -> None:
+        self._problem, self._options = problem, options
+        self.oriented = oriented
+        self._cost = true_cost(problem, options.objective, oriented)
+        self._bound = 0.0
+
+    def offer(self, oriented: NDArray[np.int32]) -> None:
+        """Take a sequence if it is cheaper."""
+        cost = true_cost(self._problem, self._options.objective, oriented)
+        if cost < self._cost:
+            self.oriented, self._cost = oriented, cost
+
+    def report(self, stage: str, bound: float | None = None) -> None:
+        """Say how things stand, in the goal's own unit."""
+        if bound is not None:
+            self._bound = max(self._bound, min(bound, self._cost))
+        if self._options.progress is not None:
+            known = self._bound if bound is not None else None
+            self._options.progress(Progress(stage, self._cost, known, self.oriented))
+
+    def listener(self, name: ObjectiveName) -> Callable[[Progress], None]:
+        """Hears from a method that works for ``name``, and passes on what it means for the goal."""
+        goal = self._options.objective.name
+        same_unit = (name == "time") == (goal == "time")  # then a bound on direct travels holds for the goal
+        heard = np.inf
+
+        def listen(word: Progress) -> None:
+            nonlocal heard
+            if word.oriented is not None and word.cost < heard:
+                heard = word.cost
+                self.offer(word.oriented)
+            self.report(word.stage, word.lower_bound if same_unit else None)
+
+        return listen
