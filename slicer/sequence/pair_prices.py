@@ -26,8 +26,12 @@ from slicer.sequence.cost import direct_cost
 from slicer.sequence.section import Section
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
-START_SHARE = 1.0 / 3.0
-"""Prices begin with this share of the distance to the nearest toolpath on the other side."""
+START_SHARE = 0.46
+"""Prices begin with this share of the distance to the nearest toolpath on the other side.
+
+The ascent forgets slowly where it began: with 1/3, default searches of 10x10 end at 112.0 under a bound of
+110.2 mm; with anything from 0.42 to 0.5 they find the optimum, 111.78, under 111.4.
+"""
 
 
 class Tariff(NamedTuple):
