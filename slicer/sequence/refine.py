@@ -25,6 +25,8 @@ TRIES_PER_TOOLPATH = {"quick": 5, "default": 40, "high": 300}
 SWEEPS = 2
 WINDOW = 60
 """Positions that are priced together."""
+SLICE = 50 * WINDOW
+"""Positions between two looks at the clock: whole windows."""
 
 
 def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -38,7 +40,15 @@ def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> N
     for _ in range(SWEEPS):
         if options.out_of_time():
             break
-        _sweep(*work, problem.segments, state, tries, worse)
+        piece, link = new_skyline(problem.n)
+        cursor, used = LEFT, 2
+        for low in range(1, problem.n + 1, SLICE):
+            high = min(low + SLICE, problem.n + 1)
+            cursor, used = _sweep(
+                *work, problem.segments, state, tries, worse, piece, link, cursor, used, low, high
+            )
+            if options.out_of_time():
+                break
         if options.progress is not None:
             cost = true_cost(problem, options.objective, work.oriented)
             options.progress(Progress("true travels", cost, None))
@@ -62,16 +72,22 @@ def _sweep(
     state: NDArray[np.uint64],
     tries: int,
     worse: float,
-) -> None:
-    """One sweep of windows that overlap by half, ``tries`` exchanges in each."""
+    piece: NDArray[np.float64],
+    link: NDArray[np.int32],
+    cursor: int,
+    used: int,
+    low: int,
+    end: int,
+) -> tuple[int, int]:
+    """Windows that overlap by half from position low to end, ``tries`` exchanges in each.
+
+    The skyline before ``low`` is brought up to that before ``end``; returns its cursor and its size.
+    """
     n = order.shape[1] - 2
-    piece, link = new_skyline(n)
-    cursor, used = LEFT, 2
     scratch, scratch_link = new_skyline(n)
     hull = np.empty((4 * n + 8, 2))
     spare = np.empty((max(longest, REACH), 3))
-    low = 1
-    while low <= n:
+    while low < end:
         high = min(n + 1, low + WINDOW)
         first = max(low, fixed)
         now = _price(piece, link, scratch, scratch_link, hull, segments, parameters, order, low, high)
@@ -114,6 +130,7 @@ def _sweep(
         for p in range(low, min(high, low + WINDOW // 2)):
             cursor, used = lay(piece, link, cursor, used, segments[order[0, p] >> 1])
         low += WINDOW // 2
+    return cursor, used
 
 
 @kernel

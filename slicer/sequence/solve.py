@@ -15,7 +15,7 @@ from slicer.sequence.beam import beam
 from slicer.sequence.cost import Objective, ObjectiveName
 from slicer.sequence.directions import directed
 from slicer.sequence.exact import exact
-from slicer.sequence.greedy import greedy
+from slicer.sequence.greedy import climbs, greedy
 from slicer.sequence.local import local
 from slicer.sequence.mcts import mcts
 from slicer.sequence.method import EFFORTS, Found, Method, Options, Progress
@@ -130,7 +130,31 @@ def solve(
 
 
 def _search(problem: Problem, method: str, options: Options) -> Found:
-    """Run a method; for an objective that depends on the skyline, on what stands for it, and refine.
+    """Run a method, see that nothing worse than ``options.initial`` comes back, and tell how it ended.
+
+    Ctrl-C before a method has anything gives the initial sequence, or the first that greedy finds.
+    """
+    try:
+        if options.objective.routed and problem.n > 1:
+            found = _search_routed(problem, method, options)
+        else:
+            found = METHODS[method](problem, options)
+    except KeyboardInterrupt:
+        start = options.initial
+        found = Found(next(climbs(problem, options)).oriented if start is None else start, stopped=True)
+    found = _at_least_initial(problem, found, options)
+    if options.progress is not None:
+        bound = None if options.objective.routed else found.lower_bound_mm
+        cost = true_cost(problem, options.objective, found.oriented)
+        try:
+            options.progress(Progress("end", cost, bound))
+        except KeyboardInterrupt:
+            return replace(found, stopped=True)
+    return found
+
+
+def _search_routed(problem: Problem, method: str, options: Options) -> Found:
+    """Run a method on what stands for an objective that depends on the skyline, and refine.
 
     What a travel costs over the skyline depends on all that was printed before. Methods see the straight
     travel instead, once by its length and once by its time; both sequences are refined by the true cost of
@@ -139,8 +163,6 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
     """
     run = METHODS[method]
     goal = options.objective
-    if not goal.routed or problem.n < 2:
-        return _at_least_initial(problem, run(problem, options), options)
     found: list[Found] = []
     candidates: list[NDArray[np.int32]] = []
     stopped = False
@@ -167,14 +189,13 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
             raise
         stopped = True
     bounds = [one.lower_bound_mm for one in found if one.lower_bound_mm is not None]
-    best = Found(
+    return Found(
         min(candidates, key=lambda oriented: true_cost(problem, goal, oriented)),
         sum(one.nodes_visited for one in found),
         sum(one.states_created for one in found),
         max(bounds, default=None),
         stopped or options.out_of_time(),
     )
-    return _at_least_initial(problem, best, options)
 
 
 def _carrying_skyline(method: str, n: int, effort: str) -> str | None:
