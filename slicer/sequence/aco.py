@@ -47,7 +47,7 @@ def aco(problem: Problem, options: Options) -> Found:
         while sent < ants and not stopped:
             _walk(*work, problem.pred_start, pheromone, state, int(incumbent.oriented[0]))
             sent += 1
-            stopped = not settle(work, options) and sent < ants
+            stopped = not settle(work, options) or (sent < ants and options.out_of_time())
             better = incumbent.offer(work.oriented)
             _reward(work.near, pheromone, incumbent.oriented)
             if better or sent % REPORT_EVERY == 1:

@@ -54,10 +54,10 @@ def settle(work: Tour, options: Options) -> bool:
     span = np.array([n + 2, 0])
     spare = np.empty((max(work.longest, REACH), 3))
     for low in range(0, n, SLICE):
+        if low and options.out_of_time():
+            return False
         count = min(SLICE, n - low)
         queue[:count] = np.arange(low, low + count)
         queued[low : low + count] = True
         descend(*work, queue, queued, count, span, spare)
-        if options.out_of_time():
-            return False
     return True
