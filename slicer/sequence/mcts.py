@@ -6,7 +6,8 @@ next (UCT: Kocsis and Szepesvári, ECML 2006). What is different here:
 
 - A sheet is too long for one tree. The root moves along the best sequence so far, and a tree orders the
   stretch behind it; after a budget of rollouts the first toolpaths of what has become the best sequence are
-  committed to, and the next tree begins behind them. Several passes go over the sheet.
+  committed to, and the next tree begins behind them; only descent may still touch them. Several passes go
+  over the sheet.
 - A node gets its children one by one, the nearest printable toolpath first, with the root of its visits
   (progressive widening: Coulom, "Computing Elo ratings of move patterns in the game of Go", 2007).
 - A rollout is randomised greedy by the objective's cost of a travel and, so that nothing is left behind, by
@@ -26,15 +27,18 @@ from slicer.sequence.problem import Problem
 from slicer.sequence.rollouts import HORIZON, search
 from slicer.sequence.start import Start, set_out, settle
 
-ROLLOUTS_PER_TOOLPATH = {"quick": 10, "default": 40, "high": 300}
+ROLLOUTS_PER_TOOLPATH = {"quick": 10, "default": 35, "high": 300}
 MOST_ROLLOUTS = {"quick": 50_000, "default": 300_000, "high": 1_500_000}
 """Beyond these a toolpath gets less than that."""
+FEWEST = {"quick": 2_000, "default": 10_000, "high": 50_000}
 STRIDE = 10
 """How many toolpaths are committed to before the next tree."""
 ROLLOUTS = 100
 """The most rollouts of a tree."""
 ROOTS = 10
 """How many trees pass between two looks at the clock."""
+REPORT_EVERY = 20
+"""So many looks at the clock pass between two reports within a pass."""
 
 
 def mcts(problem: Problem, options: Options) -> Found:
@@ -69,7 +73,8 @@ def _passes(start: Start, options: Options, counts: list[int]) -> bool:
         return False
     incumbent.offer(work.oriented)
     incumbent.report("local optimum", bounded=False)
-    total = min(ROLLOUTS_PER_TOOLPATH[options.effort] * n, MOST_ROLLOUTS[options.effort])
+    effort = options.effort
+    total = max(FEWEST[effort], min(ROLLOUTS_PER_TOOLPATH[effort] * n, MOST_ROLLOUTS[effort]))
     roots = range(work.fixed, n + 1, STRIDE)
     passes = max(1, round(total / (ROLLOUTS * max(1, len(roots)))))
     rollouts = max(1, min(ROLLOUTS, total // (passes * max(1, len(roots)))))
@@ -80,6 +85,7 @@ def _passes(start: Start, options: Options, counts: list[int]) -> bool:
             counts[0] += sum(min(HORIZON, n + 1 - root) for root in some) * rollouts
             if options.out_of_time():
                 return False
-        incumbent.offer(work.oriented)
-        incumbent.report("tree search", bounded=False)
+            if (k // ROOTS + 1) % REPORT_EVERY == 0 or k + ROOTS >= len(roots):
+                incumbent.offer(work.oriented)
+                incumbent.report("tree search", bounded=False)
     return True

@@ -41,8 +41,9 @@ def search(
 ) -> int:
     """Spend ``rollouts`` from a root at each ``stride``-th position of [low, high); the states created.
 
-    Each rollout is repaired by descent; what is cheaper replaces the sequence, and the tree begins anew,
-    since its costs were those of another stretch. See ``Tour`` for the arrays.
+    Each rollout is repaired by descent, which may reach beyond the stretch. What is cheaper replaces the
+    sequence, and the tree begins anew, since its costs were those of another stretch. See ``Tour`` for the
+    arrays.
     """
     n = order.shape[1] - 2
     most = min(HORIZON, n)
@@ -77,7 +78,7 @@ def search(
             span[0], span[1] = root, end
             gain = before - _stretch(cost, root, end)
             gain += descend(
-                points, parameters, links, near, max(root, fixed), longest, order, cost, queue, queued, count,
+                points, parameters, links, near, fixed, longest, order, cost, queue, queued, count,
                 span, spare,
             )  # fmt: skip
             if gain > EPS:

@@ -80,17 +80,6 @@ def test_search_keeps_the_sequence_printable_and_never_makes_it_worse(segments, 
         np.testing.assert_allclose(fresh.cost, work.cost, atol=1e-9)
 
 
-def test_what_is_committed_to_stays(reference):
-    problem, _ = reference("6x6_s1")
-    options = Options()
-    _, work, state = set_out(problem, options, 2, along_levels=True)
-    settle(work, options)
-    before = work.oriented
-    search(*work, state, 200, 201, 10, 300)
-    assert np.array_equal(work.oriented[:199], before[:199])
-    assert not np.array_equal(work.oriented[199:], before[199:])
-
-
 def test_a_quick_search_is_far_below_greedy_and_plain_descent(reference):
     problem, _ = reference("10x10_s1")
     options = Options()
