@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
+from printer.emulator.build import Options
 from printer.emulator.faults import Faults
-from printer.emulator.firmware import Firmware, Options
+from printer.emulator.firmware import Firmware
 from printer.report import State
 from printer.sender import Sender
 from printer.settings import Settings

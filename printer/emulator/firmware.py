@@ -8,9 +8,9 @@ import math
 import re
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
-from printer.emulator.faults import Faults
+from printer.emulator.build import Options
+from printer.emulator.lines import kept
 from printer.emulator.machine import Machine
 from printer.emulator.planner import Path
 from printer.protocol import MAX_LINE, checksum
@@ -27,23 +27,6 @@ END_OF_LINE = re.compile(rb"[\r\n]")
 EARLY = frozenset({b"M108", b"M112", b"M410"})  # obeyed before those that are queued
 PAUSE_S = 10.0
 LONG_BUSY_S = 20.0
-
-
-@dataclass
-class Options:
-    """How the printer is built: ``slots`` commands are queued, ``rx`` bytes wait behind them, ``blocks``
-    moves are planned. Each command takes at least ``command_s`` and each reply ``delay_s`` on its way."""
-
-    slots: int = 4
-    rx: int = 128
-    blocks: int = 16
-    command_s: float = 0.0
-    delay_s: float = 0.0
-    homing_s: float = 28.0
-    advanced_ok: bool = False
-    emergency_parser: bool = False
-    keep_path: bool = True
-    faults: Faults = field(default_factory=Faults)
 
 
 class Firmware:
@@ -309,21 +292,3 @@ class Firmware:
         told = "" if number is None else f" N{number}"
         planned = self.options.blocks - 1 - len(self.machine.planner.blocks)
         return f"ok{told} P{planned} B{self.options.slots - len(self._queue)}"
-
-
-def kept(line: bytes) -> bytes:
-    """What Marlin keeps of a line: no comment, no escapes, no leading blanks, at most 95 bytes."""
-    if b";" not in line and b"\\" not in line:
-        return line.lstrip(b" ")[:MAX_LINE]
-    text, escaped = bytearray(), False
-    for byte in line:
-        if escaped:
-            text.append(byte)
-            escaped = False
-        elif byte == 0x5C:
-            escaped = True
-        elif byte == 0x3B:
-            break
-        else:
-            text.append(byte)
-    return bytes(text.lstrip(b" ")[:MAX_LINE])

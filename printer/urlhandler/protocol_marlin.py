@@ -17,8 +17,9 @@ from urllib.parse import parse_qsl, urlsplit
 
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
+from printer.emulator.build import Options
 from printer.emulator.faults import Faults
-from printer.emulator.firmware import Firmware, Options
+from printer.emulator.firmware import Firmware
 from printer.errors import PrinterError
 
 POWERED: dict[str, Firmware] = {}

@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 
 from slicer.kernels import kernel
 from slicer.sequence.cost import arc_cost
-from slicer.sequence.descent import descend
-from slicer.sequence.exchange import refresh, tour
-from slicer.sequence.incumbent import Incumbent
-from slicer.sequence.kicks import REACH, draw
+from slicer.sequence.exchange import refresh
+from slicer.sequence.kicks import draw
 from slicer.sequence.method import Found, Options
-from slicer.sequence.neighbours import neighbours
 from slicer.sequence.problem import Problem
+from slicer.sequence.start import set_out, settle
 
 ANTS = {"quick": 50, "default": 500, "high": 5_000}
 MOST_STEPS = {"quick": 2_000_000, "default": 8_000_000, "high": 60_000_000}
@@ -31,6 +29,8 @@ FADE = 0.1
 """How much of the pheromone is renewed, by an ant that passes and by the best sequence."""
 NEARNESS = 2.0
 """Power of nearness beside pheromone."""
+REPORT_EVERY = 20
+"""Ants between two reports, at least."""
 NONE = -1
 
 
@@ -39,28 +39,26 @@ def aco(problem: Problem, options: Options) -> Found:
     n = problem.n
     if n == 0:
         return Found(np.empty(0, np.int32))
-    incumbent = Incumbent(problem, options)
-    work = tour(problem, options.objective, neighbours(problem, options.objective), incumbent.oriented)
-    state = np.array([np.random.SeedSequence([options.seed, 3]).generate_state(1, np.uint64)[0]])
+    incumbent, work, state = set_out(problem, options, 3, along_levels=False)
     pheromone = np.ones((2 * n, work.near.shape[2]))
     ants = max(FEWEST, min(ANTS[options.effort], MOST_STEPS[options.effort] // n))
-    stopped = False
+    sent, stopped = 0, False
     try:
-        for ant in range(ants):
-            _send(*work, problem.pred_start, pheromone, state, int(incumbent.oriented[0]))
-            if incumbent.offer(work.oriented):
-                incumbent.report("ants", bounded=False)
+        while sent < ants and not stopped:
+            _walk(*work, problem.pred_start, pheromone, state, int(incumbent.oriented[0]))
+            sent += 1
+            stopped = not settle(work, options) or (sent < ants and options.out_of_time())
+            better = incumbent.offer(work.oriented)
             _reward(work.near, pheromone, incumbent.oriented)
-            if options.out_of_time():
-                stopped = ant + 1 < ants
-                break
+            if better or sent % REPORT_EVERY == 1:
+                incumbent.report("ants", bounded=False)
     except KeyboardInterrupt:
         stopped = True
-    return Found(incumbent.oriented, n * ants, stopped=stopped)
+    return Found(incumbent.oriented, n * sent, stopped=stopped)
 
 
 @kernel
-def _send(
+def _walk(
     points: NDArray[np.float64],
     parameters: NDArray[np.float64],
     links: NDArray[np.int32],
@@ -74,7 +72,7 @@ def _send(
     state: NDArray[np.uint64],
     first: int,
 ) -> None:
-    """One ant's sequence, brought to a local optimum, into the tour; pheromone starts as 1."""
+    """One ant's sequence, into the tour; pheromone starts as 1."""
     n = order.shape[1] - 2
     missing = pred_start[1:] - pred_start[:-1]
     ready = np.empty(n, np.int32)
@@ -134,11 +132,6 @@ def _send(
                 ready[count] = above
                 count += 1
     refresh(points, parameters, order, cost, 1, n + 1)
-    queue = np.arange(n).astype(np.int32)
-    queued = np.ones(n, np.bool_)
-    span = np.zeros(2, np.int64)
-    spare = np.empty((max(longest, REACH), 3))
-    descend(points, parameters, links, near, fixed, longest, order, cost, queue, queued, n, span, spare)
 
 
 @kernel

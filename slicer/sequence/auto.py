@@ -45,7 +45,8 @@ def auto(problem: Problem, options: Options) -> Found:
         return Found(np.empty(0, np.int32))
     near = neighbours(problem, options.objective)
     if options.initial is None:
-        options = options.starting_from(level_start(problem, options.objective, near))
+        start = level_start(problem, options.objective, near, options.out_of_time)
+        options = options.starting_from(start)
     run = _Run(problem, options, near, Incumbent(problem, options))
     try:
         run.stopped = not run.stages()

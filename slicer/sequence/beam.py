@@ -67,6 +67,7 @@ def _search_corridor(problem: Problem, options: Options, incumbent: Incumbent, l
     )
     if corridor is None:
         incumbent.offer(polish(problem, options, incumbent.oriented))
+        incumbent.report("windows", bounded=False)
         return False
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
     for steps, successors in PASSES[options.effort]:

@@ -64,6 +64,7 @@ def _rounds(problem: Problem, options: Options, incumbent: Incumbent, ledger: Le
     )
     if corridor is None:
         incumbent.offer(polish(problem, options, incumbent.oriented))
+        incumbent.report("windows", bounded=False)
         return False
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
     turn = 0

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.cost import ObjectiveName
-from slicer.sequence.greedy import greedy
+from slicer.sequence.greedy import climbs
 from slicer.sequence.method import Found, Method, Options, Progress
 from slicer.sequence.problem import Problem
 from slicer.sequence.refine import refine
@@ -43,7 +43,7 @@ def search_by_stand_ins(
     stand_ins: list[ObjectiveName] = [own]
     if refined:
         stand_ins += [name for name in STAND_INS if name != own]
-    start = options.initial if options.initial is not None else greedy(problem, options).oriented
+    start = options.initial if options.initial is not None else next(climbs(problem, options)).oriented
     best = _Best(problem, options, start)
     found: list[Found] = []
     stopped = False

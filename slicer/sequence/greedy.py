@@ -5,14 +5,32 @@ the same m the shorter last travel d_prior; since each step prints one toolpath,
 endpoint (section 4, "Toolpath Generation Approach").
 """
 
+from collections.abc import Iterator
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.method import Found, Options
+from slicer.sequence.method import Found, Options, Progress
 from slicer.sequence.problem import Problem
+from slicer.sequence.true_cost import true_cost
 
 NONE = -1
+
+
+class Climb(NamedTuple):
+    """One run of hill climbing.
+
+    Attributes:
+        travel_mm: its straight travel.
+        oriented: int32 (n,), the sequence of oriented toolpaths.
+        states: states created.
+    """
+
+    travel_mm: float
+    oriented: NDArray[np.int32]
+    states: int
 
 
 def greedy(problem: Problem, options: Options) -> Found:
@@ -21,22 +39,41 @@ def greedy(problem: Problem, options: Options) -> Found:
     Counts as the paper's Table 1 does, and the aima-python framework under it: every state whose
     successors are asked for is a node visited, the complete one included, and every printable toolpath
     at such a state gives two states created. The counts are of the run that is kept.
+
+    Raises:
+        KeyboardInterrupt: there was one before the first run ended.
     """
     n = problem.n
     if n == 0:
         return Found(np.empty(0, np.int32))
-    best: tuple[float, NDArray[np.int32], int] | None = None
-    for start in problem.starts:
-        if best is not None and options.out_of_time():
-            return Found(best[1], n, best[2], stopped=True)
+    best: Climb | None = None
+    done = 0
+    interrupted = False
+    try:
+        for run in climbs(problem, options):
+            done += 1
+            if best is None or run.travel_mm < best.travel_mm:
+                best = run
+                if options.progress is not None:
+                    cost = true_cost(problem, options.objective, run.oriented)
+                    options.progress(Progress("starts", cost, None, run.oriented))
+    except KeyboardInterrupt:
+        interrupted = True
+        if best is None:
+            raise
+    assert best is not None, "a finite precedence has a minimal toolpath"
+    return Found(best.oriented, n, best.states, stopped=interrupted or done < len(problem.starts))
+
+
+def climbs(problem: Problem, options: Options) -> Iterator[Climb]:
+    """Climb from each start until time runs out, once at least."""
+    for count, start in enumerate(problem.starts):
+        if count and options.out_of_time():
+            return
         oriented, states = climb(
             problem.segments, problem.pred_start, problem.succ_start, problem.succ, int(start), NONE
         )
-        travel = problem.travel_mm(oriented >> 1, oriented & 1)
-        if best is None or travel < best[0]:
-            best = travel, oriented, states
-    assert best is not None, "a finite precedence has a minimal toolpath"
-    return Found(best[1], n, best[2])
+        yield Climb(problem.travel_mm(oriented >> 1, oriented & 1), oriented, states)
 
 
 @kernel

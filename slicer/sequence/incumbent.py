@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.greedy import greedy
+from slicer.sequence.greedy import climbs
 from slicer.sequence.method import Options, Progress
 from slicer.sequence.problem import Problem
 from slicer.sequence.true_cost import true_cost
@@ -22,7 +22,7 @@ class Incumbent:
         self._options = options
         self._problem = problem
         self._objective = options.objective
-        self.oriented = options.initial if options.initial is not None else greedy(problem, options).oriented
+        self.oriented = options.initial if options.initial is not None else _greedy(problem, options)
         self.cost = self.price(self.oriented)
         self.lower_bound = 0.0
 
@@ -54,3 +54,8 @@ class Incumbent:
         if self._options.progress is not None:
             bound = self.lower_bound if bounded else None
             self._options.progress(Progress(stage, self.cost, bound, self.oriented))
+
+
+def _greedy(problem: Problem, options: Options) -> NDArray[np.int32]:
+    """Greedy's sequence; unlike the method, it lets Ctrl-C through, which must end what comes after too."""
+    return min(climbs(problem, options), key=lambda run: run.travel_mm).oriented

@@ -7,6 +7,8 @@ grows by their distance from one to the next above, as near as both can be had: 
 problem on a sparse graph. Greedy then prefers low levels.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,13 +29,26 @@ EPS_MM = 1e-9
 ROUNDS = 100
 """Steps of conjugate gradients, and as many again times the root of n / 5000."""
 
+SLICE = 100
+"""Rounds between two looks at the clock."""
 
-def level_start(problem: Problem, objective: Objective, near: Neighbours) -> NDArray[np.int32]:
-    """The best greedy sequence along levels, int32 (n,) oriented toolpaths, by the cost of direct travels."""
+SETTLED = 1e-12
+
+
+def level_start(
+    problem: Problem,
+    objective: Objective,
+    near: Neighbours,
+    out_of_time: Callable[[], bool] = lambda: False,
+) -> NDArray[np.int32]:
+    """The best greedy sequence along levels, int32 (n,) oriented toolpaths, by the cost of direct travels.
+
+    Where ``out_of_time`` says so, the levels are less exact and fewer weights are tried, one at least.
+    """
     n = problem.n
     if n == 0:
         return np.empty(0, np.int32)
-    level = levels(problem, near)
+    level = levels(problem, near, out_of_time)
     points = problem.segments.reshape(-1, 2)
     parameters = objective.parameters()
     lowest = problem.starts[np.argmin(level[problem.starts >> 1])]
@@ -53,10 +68,14 @@ def level_start(problem: Problem, objective: Objective, near: Neighbours) -> NDA
         cost = direct_sum(problem.segments, parameters, oriented)
         if cost < least:
             best, least = oriented, cost
+        if out_of_time():
+            break
     return best
 
 
-def levels(problem: Problem, near: Neighbours) -> NDArray[np.float64]:
+def levels(
+    problem: Problem, near: Neighbours, out_of_time: Callable[[], bool] = lambda: False
+) -> NDArray[np.float64]:
     """float64 (n,), the level of each toolpath in mm, by conjugate gradients with diagonal scaling."""
     low, high = problem.edges.T.astype(np.int64)
     gap = _gaps(problem.segments, low, high)
@@ -76,7 +95,13 @@ def levels(problem: Problem, near: Neighbours) -> NDArray[np.float64]:
     rise = np.concatenate([gap, np.zeros(len(u))])
     weight = np.concatenate([np.ones(len(low)), (pitch / (pitch + distance)) ** 2])
     rounds = int(ROUNDS * (1 + np.sqrt(problem.n / 5000)))
-    return _solve(a, b, rise, weight, problem.segments[:, :, 1].mean(axis=1), rounds)
+    level: NDArray[np.float64] = problem.segments[:, :, 1].mean(axis=1)
+    memory, norm = np.zeros((3, problem.n)), -1.0
+    for done in range(0, rounds, SLICE):
+        norm = _solve(a, b, rise, weight, level, memory, norm, min(SLICE, rounds - done))
+        if norm < SETTLED or out_of_time():
+            break
+    return level
 
 
 def _gaps(
@@ -100,25 +125,29 @@ def _solve(
     b: NDArray[np.int64],
     rise: NDArray[np.float64],
     weight: NDArray[np.float64],
-    guess: NDArray[np.float64],
+    x: NDArray[np.float64],
+    memory: NDArray[np.float64],
+    norm: float,
     rounds: int,
-) -> NDArray[np.float64]:
-    """Minimise the sum of weight · (x[b] − x[a] − rise)² from ``guess``; a faint pull keeps x unique."""
-    n = len(guess)
-    x = guess.copy()
-    diagonal = np.full(n, 1e-6)
-    residual = np.zeros(n)
-    for e in range(len(a)):
-        diagonal[a[e]] += weight[e]
-        diagonal[b[e]] += weight[e]
-        r = weight[e] * (rise[e] - x[b[e]] + x[a[e]])
-        residual[b[e]] += r
-        residual[a[e]] -= r
-    scaled = residual / diagonal
-    step = scaled.copy()
-    norm = (residual * scaled).sum()
+) -> float:
+    """Minimise the sum of weight · (x[b] − x[a] − rise)² from ``x``; a faint pull keeps x unique.
+
+    A slice of so many rounds. ``memory``, float64 (3, n), and the norm that is returned are handed to the
+    next one; a negative norm begins. Below ``SETTLED`` nothing more is done.
+    """
+    diagonal, residual, step = memory[0], memory[1], memory[2]
+    if norm < 0.0:
+        diagonal[:] = 1e-6
+        for e in range(len(a)):
+            diagonal[a[e]] += weight[e]
+            diagonal[b[e]] += weight[e]
+            r = weight[e] * (rise[e] - x[b[e]] + x[a[e]])
+            residual[b[e]] += r
+            residual[a[e]] -= r
+        step[:] = residual / diagonal
+        norm = (residual * step).sum()
     for _ in range(rounds):
-        if norm < 1e-12:
+        if norm < SETTLED:
             break
         image = 1e-6 * step
         for e in range(len(a)):
@@ -130,8 +159,8 @@ def _solve(
         residual -= length * image
         scaled = residual / diagonal
         old, norm = norm, (residual * scaled).sum()
-        step = scaled + norm / old * step
-    return x
+        step[:] = scaled + norm / old * step
+    return norm
 
 
 @kernel

@@ -34,7 +34,8 @@ def local(problem: Problem, options: Options) -> Found:
         return Found(np.empty(0, np.int32))
     near = neighbours(problem, options.objective)
     if options.initial is None:
-        options = options.starting_from(level_start(problem, options.objective, near))
+        start = level_start(problem, options.objective, near, options.out_of_time)
+        options = options.starting_from(start)
     incumbent = Incumbent(problem, options)
     stopped = False
     try:

@@ -1,199 +1,91 @@
-"""Monte Carlo tree search over the precedence graph.
+"""Monte Carlo tree search over the precedence graph, whose rollouts are repaired by descent.
 
 After Yoo, Suh and Choi, "Monte Carlo tree search for the toolpath sequencing of 3D printing", ICRA 2020, the
-source paper's [9]: nodes are partial sequences, a rollout completes one by randomised greedy, and upper
-confidence bounds decide where to go next. The sheet is long: after each batch of rollouts the next stretch of
-the best sequence so far becomes the root.
+source paper's [9]: nodes are partial sequences, rollouts complete them, confidence bounds decide where to go
+next (UCT: Kocsis and Szepesvári, ECML 2006). What is different here:
+
+- A sheet is too long for one tree. The root moves along the best sequence so far, and a tree orders the
+  stretch behind it; after a budget of rollouts the first toolpaths of what has become the best sequence are
+  committed to, and the next tree begins behind them; only descent may still touch them. Several passes go
+  over the sheet.
+- A node gets its children one by one, the nearest printable toolpath first, with the root of its visits
+  (progressive widening: Coulom, "Computing Elo ratings of move patterns in the game of Go", 2007).
+- A rollout is randomised greedy by the objective's cost of a travel and, so that nothing is left behind, by
+  how late a toolpath comes in the best sequence. It starts from greedy along levels.
+- Each rollout is brought to a local optimum by block exchange, as HAS-SOP does it for its ants (see ``aco``),
+  and that is what the tree learns. The worth of a node is the middle between the mean of its costs and the
+  least, for there is no opponent (Schadd et al., "Single-player Monte-Carlo tree search", 2008).
+
+What the tree contributes beside rollouts and descent is measured in ``docs/results.md``.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.directions import directed
-from slicer.sequence.incumbent import Incumbent
-from slicer.sequence.kicks import draw
 from slicer.sequence.method import Found, Options
 from slicer.sequence.problem import Problem
+from slicer.sequence.rollouts import HORIZON, search
+from slicer.sequence.start import Start, set_out, settle
 
-ROLLOUTS_PER_TOOLPATH = {"quick": 2, "default": 10, "high": 60}
-MOST_STEPS = {"quick": 10_000_000, "default": 60_000_000, "high": 400_000_000}
-"""Toolpaths that all rollouts together may sequence."""
-BATCH = 100
-BRANCHES = 4
-"""How many of the nearest printable endpoints become children of a node."""
-EXPLORE = 0.3
-"""Weight of the confidence bound, in units of the spread of costs seen."""
-STRAY = 0.05
-"""How often a rollout takes the second nearest endpoint."""
-NONE = -1
+ROLLOUTS_PER_TOOLPATH = {"quick": 10, "default": 35, "high": 300}
+MOST_ROLLOUTS = {"quick": 50_000, "default": 300_000, "high": 1_500_000}
+"""Beyond these a toolpath gets less than that."""
+FEWEST = {"quick": 2_000, "default": 10_000, "high": 50_000}
+STRIDE = 10
+"""How many toolpaths are committed to before the next tree."""
+ROLLOUTS = 100
+"""The most rollouts of a tree."""
+ROOTS = 10
+"""How many trees pass between two looks at the clock."""
+REPORT_EVERY = 20
+"""So many looks at the clock pass between two reports within a pass."""
 
 
 def mcts(problem: Problem, options: Options) -> Found:
-    """Monte Carlo tree search; never worse than ``options.initial`` or greedy."""
+    """Monte Carlo tree search; never worse than ``options.initial``, or than greedy along levels.
+
+    ``nodes_visited`` counts the toolpaths that rollouts have put in order, ``states_created`` two for each
+    that could have been next.
+    """
     n = problem.n
     if n == 0:
         return Found(np.empty(0, np.int32))
-    incumbent = Incumbent(problem, options)
-    state = np.array([np.random.SeedSequence([options.seed, 2]).generate_state(1, np.uint64)[0]])
-    rollouts = max(BATCH, min(ROLLOUTS_PER_TOOLPATH[options.effort] * n, MOST_STEPS[options.effort] // n))
-    batches = -(-rollouts // BATCH)
-    points = problem.segments.reshape(-1, 2)
-    first = int(incumbent.oriented[0])
-    best = incumbent.oriented.copy()
-    nodes = states = 0
-    stopped = False
+    start = set_out(problem, options, 2, along_levels=True)
+    incumbent, work, _ = start
+    counts = [0, 0]
     try:
-        for batch in range(batches):
-            fixed = max(1, n * batch // batches)
-            best, visited, created = _search(
-                points,
-                options.objective.parameters(),
-                problem.pred_start,
-                problem.succ_start,
-                problem.succ,
-                best,
-                fixed,
-                state,
-            )
-            nodes, states = nodes + visited, states + created
-            incumbent.offer(best)
-            incumbent.report("tree search", bounded=False)
-            if options.out_of_time():
-                stopped = True
-                break
+        stopped = not _passes(start, options, counts)
     except KeyboardInterrupt:
         stopped = True
-    if problem.first_flipped is not None or int(incumbent.oriented[0]) == first:
-        incumbent.offer(directed(problem, incumbent.oriented >> 1, options.objective))
-    return Found(incumbent.oriented, nodes, states, stopped=stopped)
+    incumbent.offer(work.oriented)
+    incumbent.offer(directed(problem, incumbent.oriented >> 1, options.objective))
+    return Found(incumbent.oriented, counts[0], counts[1], stopped=stopped)
 
 
-@kernel
-def _search(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    pred_start: NDArray[np.int32],
-    succ_start: NDArray[np.int32],
-    succ: NDArray[np.int32],
-    best: NDArray[np.int32],
-    fixed: int,
-    state: NDArray[np.uint64],
-) -> tuple[NDArray[np.int32], int, int]:
-    """A batch of rollouts below the first ``fixed`` toolpaths of ``best``: (best, nodes, states)."""
-    n = len(best)
-    capacity = BATCH * BRANCHES + 1
-    child = np.full((capacity, BRANCHES), NONE, np.int32)
-    endpoint = np.full(capacity, NONE, np.int32)
-    visits = np.zeros(capacity)
-    total = np.zeros(capacity)
-    made = 1
-    low_cost, high_cost = np.inf, -np.inf
-    root_missing = pred_start[1:] - pred_start[:-1]
-    for s in best[:fixed] >> 1:
-        for e in range(succ_start[s], succ_start[s + 1]):
-            root_missing[succ[e]] -= 1
-        root_missing[s] = NONE
-    root_ready = np.flatnonzero(root_missing == 0).astype(np.int32)
-    root_cost = 0.0
-    for k in range(1, fixed):
-        root_cost += _hop(points, best[k - 1], best[k])
-    best_cost = root_cost
-    for k in range(fixed, n):
-        best_cost += _hop(points, best[k - 1], best[k])
-    best = best.copy()
-    ready = np.empty(n, np.int32)
-    sequence = best.copy()
-    missing = np.empty(n, np.int32)
-    path = np.empty(n + 1, np.int32)
-    nodes = states = 0
-    near = np.empty(BRANCHES, np.int32)
-    for _ in range(BATCH):
-        missing[:] = root_missing
-        count = len(root_ready)
-        ready[:count] = root_ready
-        sequence[:fixed] = best[:fixed]
-        cost = root_cost
-        node, depth = 0, 0
-        path[0] = 0
-        for k in range(fixed, n):
-            u = sequence[k - 1]
-            nodes += 1
-            states += 2 * count
-            if node != NONE and visits[node] > 0 and child[node, 0] == NONE:
-                found = _nearest(points, ready, count, u, near)
-                for b in range(found):
-                    child[node, b] = made
-                    endpoint[made] = near[b]
-                    made += 1
-            if node != NONE and child[node, 0] != NONE:
-                chosen, score = NONE, -np.inf
-                for b in range(BRANCHES):
-                    c = child[node, b]
-                    if c == NONE:
-                        break
-                    if visits[c] == 0:
-                        chosen = c
-                        break
-                    worth = (high_cost - total[c] / visits[c]) / max(high_cost - low_cost, 1e-12)
-                    worth += EXPLORE * np.sqrt(np.log(visits[node]) / visits[c])
-                    if worth > score:
-                        chosen, score = c, worth
-                node = chosen
-                depth += 1
-                path[depth] = node
-                v = endpoint[node]
-                leaf = visits[node] == 0
-            else:
-                leaf = True
-                found = _nearest(points, ready, count, u, near)
-                v = near[1] if found > 1 and draw(state) < STRAY else near[0]
-                node = NONE
-            if leaf:
-                node = NONE
-            cost += _hop(points, u, v)
-            sequence[k] = v
-            s = v >> 1
-            for t in range(count):
-                if ready[t] == s:
-                    count -= 1
-                    ready[t] = ready[count]
-                    break
-            for e in range(succ_start[s], succ_start[s + 1]):
-                missing[succ[e]] -= 1
-                if missing[succ[e]] == 0:
-                    ready[count] = succ[e]
-                    count += 1
-        low_cost, high_cost = min(low_cost, cost), max(high_cost, cost)
-        for d in range(depth + 1):
-            visits[path[d]] += 1
-            total[path[d]] += cost
-        if cost < best_cost:
-            best_cost = cost
-            best[:] = sequence
-    return best, nodes, states
+def _passes(start: Start, options: Options, counts: list[int]) -> bool:
+    """Let the root move along the sequence again and again; False where time ran out.
 
-
-@bare_kernel
-def _hop(points: NDArray[np.float64], u: int, v: int) -> float:
-    return float(np.hypot(points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1]))
-
-
-@bare_kernel
-def _nearest(
-    points: NDArray[np.float64], ready: NDArray[np.int32], count: int, u: int, near: NDArray[np.int32]
-) -> int:
-    """Fill ``near`` with the nearest entries of printable toolpaths, nearest first; how many there are."""
-    found = 0
-    for t in range(count):
-        for v in range(2 * ready[t], 2 * ready[t] + 2):
-            d = _hop(points, u, v)
-            if found == len(near) and d >= _hop(points, u, near[found - 1]):
-                continue
-            found = min(found + 1, len(near))
-            at = found - 1
-            while at > 0 and _hop(points, u, near[at - 1]) > d:
-                near[at] = near[at - 1]
-                at -= 1
-            near[at] = v
-    return found
+    ``counts`` is added to: nodes visited, states created.
+    """
+    incumbent, work, state = start
+    n = len(incumbent.oriented)
+    if not settle(work, options):
+        return False
+    incumbent.offer(work.oriented)
+    incumbent.report("local optimum", bounded=False)
+    effort = options.effort
+    total = max(FEWEST[effort], min(ROLLOUTS_PER_TOOLPATH[effort] * n, MOST_ROLLOUTS[effort]))
+    roots = range(work.fixed, n + 1, STRIDE)
+    passes = max(1, round(total / (ROLLOUTS * max(1, len(roots)))))
+    rollouts = max(1, min(ROLLOUTS, total // (passes * max(1, len(roots)))))
+    for _ in range(passes):
+        for k in range(0, len(roots), ROOTS):
+            some = roots[k : k + ROOTS]
+            counts[1] += search(*work, state, some[0], some[-1] + 1, STRIDE, rollouts)
+            counts[0] += sum(min(HORIZON, n + 1 - root) for root in some) * rollouts
+            if options.out_of_time():
+                return False
+            if (k // ROOTS + 1) % REPORT_EVERY == 0 or k + ROOTS >= len(roots):
+                incumbent.offer(work.oriented)
+                incumbent.report("tree search", bounded=False)
+    return True

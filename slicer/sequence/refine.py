@@ -25,8 +25,8 @@ TRIES_PER_TOOLPATH = {"quick": 5, "default": 40, "high": 300}
 SWEEPS = 2
 WINDOW = 60
 """Positions that are priced together."""
-WINDOWS = 200
-"""About so many windows pass between two looks at the clock."""
+SLICE = 50 * WINDOW
+"""Positions between two looks at the clock: whole windows."""
 
 
 def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -38,10 +38,17 @@ def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> N
     tries = TRIES_PER_TOOLPATH[options.effort] * WINDOW // (2 * SWEEPS)
     worse = float(np.median(work.cost[0, 2:-1]))
     for _ in range(SWEEPS):
-        place = np.array([1, LEFT, 2])
+        if options.out_of_time():
+            break
         piece, link = new_skyline(problem.n)
-        while place[0] <= problem.n and not options.out_of_time():
-            _sweep(*work, problem.segments, state, tries, worse, piece, link, place)
+        cursor, used = LEFT, 2
+        for low in range(1, problem.n + 1, SLICE):
+            high = min(low + SLICE, problem.n + 1)
+            cursor, used = _sweep(
+                *work, problem.segments, state, tries, worse, piece, link, cursor, used, low, high
+            )
+            if options.out_of_time():
+                break
     refined = work.oriented
     if true_cost(problem, options.objective, refined) < true_cost(problem, options.objective, oriented):
         return refined
@@ -64,22 +71,20 @@ def _sweep(
     worse: float,
     piece: NDArray[np.float64],
     link: NDArray[np.int32],
-    place: NDArray[np.int64],
-) -> None:
-    """Some windows of a sweep, which overlap by half, with ``tries`` exchanges in each.
+    cursor: int,
+    used: int,
+    low: int,
+    end: int,
+) -> tuple[int, int]:
+    """Windows that overlap by half from position low to end, ``tries`` exchanges in each.
 
-    ``place`` is the position that the sweep has come to, and the cursor and the pieces taken of the skyline
-    there; it is moved on.
+    The skyline before ``low`` is brought up to that before ``end``; returns its cursor and its size.
     """
     n = order.shape[1] - 2
-    cursor, used = place[1], place[2]
     scratch, scratch_link = new_skyline(n)
     hull = np.empty((4 * n + 8, 2))
     spare = np.empty((max(longest, REACH), 3))
-    low = place[0]
-    for _ in range(WINDOWS):
-        if low > n:
-            break
+    while low < end:
         high = min(n + 1, low + WINDOW)
         first = max(low, fixed)
         now = _price(piece, link, scratch, scratch_link, hull, segments, parameters, order, low, high)
@@ -122,7 +127,7 @@ def _sweep(
         for p in range(low, min(high, low + WINDOW // 2)):
             cursor, used = lay(piece, link, cursor, used, segments[order[0, p] >> 1])
         low += WINDOW // 2
-    place[0], place[1], place[2] = low, cursor, used
+    return cursor, used
 
 
 @kernel

@@ -16,7 +16,7 @@ from slicer.sequence.cost import Objective, ObjectiveName
 from slicer.sequence.directions import directed
 from slicer.sequence.exact import exact
 from slicer.sequence.goal import search_by_stand_ins
-from slicer.sequence.greedy import greedy
+from slicer.sequence.greedy import climbs, greedy
 from slicer.sequence.local import local
 from slicer.sequence.mcts import mcts
 from slicer.sequence.method import EFFORTS, Found, Method, Options, Progress
@@ -131,18 +131,34 @@ def solve(
 
 
 def _search(problem: Problem, method: str, options: Options) -> Found:
-    """Run a method for an objective; over the skyline, by what stands in for it."""
-    if not options.objective.routed or problem.n < 2:
-        return _at_least_initial(problem, METHODS[method](problem, options), options)
-    carrying = _carrying_skyline(method, problem.n, options.effort)
-    found = search_by_stand_ins(
-        problem,
-        METHODS[method],
-        None if carrying is None else METHODS[carrying],
-        options,
-        refined=method not in ("greedy", "multistart"),
-    )
-    return _at_least_initial(problem, found, options)
+    """Run a method, see that nothing worse than ``options.initial`` comes back, and tell how it ended.
+
+    Ctrl-C before a method has anything gives the initial sequence, or the first that greedy finds.
+    """
+    try:
+        if options.objective.routed and problem.n > 1:
+            carrying = _carrying_skyline(method, problem.n, options.effort)
+            found = search_by_stand_ins(
+                problem,
+                METHODS[method],
+                None if carrying is None else METHODS[carrying],
+                options,
+                refined=method not in ("greedy", "multistart"),
+            )
+        else:
+            found = METHODS[method](problem, options)
+    except KeyboardInterrupt:
+        start = options.initial
+        found = Found(next(climbs(problem, options)).oriented if start is None else start, stopped=True)
+    found = _at_least_initial(problem, found, options)
+    if options.progress is not None:
+        bound = None if options.objective.routed else found.lower_bound_mm
+        cost = true_cost(problem, options.objective, found.oriented)
+        try:
+            options.progress(Progress("end", cost, bound, found.oriented))
+        except KeyboardInterrupt:
+            return replace(found, stopped=True)
+    return found
 
 
 def _carrying_skyline(method: str, n: int, effort: str) -> str | None:

@@ -4,8 +4,9 @@ import pytest
 import serial
 
 import printer  # noqa: F401 - teaches pyserial marlin://
+from printer.emulator.build import Options
 from printer.emulator.faults import Faults
-from printer.emulator.firmware import BOOT, Firmware, Options
+from printer.emulator.firmware import BOOT, Firmware
 from printer.emulator.planner import Move
 from printer.errors import PrinterError
 from printer.program import make_program

@@ -6,8 +6,9 @@ from functools import cache
 import pytest
 from pump import Bench
 
+from printer.emulator.build import Options
 from printer.emulator.faults import Faults
-from printer.emulator.firmware import Firmware, Options
+from printer.emulator.firmware import Firmware
 from printer.emulator.machine import Machine
 from printer.emulator.planner import Path
 from printer.report import State

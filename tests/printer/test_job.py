@@ -19,7 +19,8 @@ from printer import (
     make_program,
     stream,
 )
-from printer.emulator.firmware import Firmware, Options
+from printer.emulator.build import Options
+from printer.emulator.firmware import Firmware
 from printer.emulator.pty import PtyPrinter
 from printer.ports import open_port, port_lock
 

@@ -14,7 +14,8 @@ import pytest
 from sheet import SAFETY, assert_same_print, printed, sheet_lines
 
 from printer import Job, Journal, Settings, State, make_program, read_program
-from printer.emulator.firmware import Firmware, Options
+from printer.emulator.build import Options
+from printer.emulator.firmware import Firmware
 from printer.emulator.pty import PtyPrinter
 from printer.journal import LINES_PER_SYNC, read_journal
 from printer.ports import open_port

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import settings as search
 from hypothesis import strategies as st
 
-from printer.emulator.firmware import kept
+from printer.emulator.lines import kept
 from printer.errors import ProtocolError
 from printer.program import make_program
 from printer.protocol import (

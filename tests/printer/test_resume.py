@@ -7,8 +7,9 @@ from pump import Bench
 from sheet import SAFETY, assert_same_print, entry, printed, sheet
 
 from printer import JournalError, ResumeError, Settings, State, make_program
+from printer.emulator.build import Options
 from printer.emulator.faults import Faults
-from printer.emulator.firmware import Firmware, Options
+from printer.emulator.firmware import Firmware
 from printer.replay import highest, replay
 from printer.resume import plan_resume, start_of_work
 

@@ -1,6 +1,5 @@
 """Promises that every method keeps, and the options of ``solve``."""
 
-import importlib
 import importlib.util
 import itertools
 import json
@@ -129,27 +128,6 @@ def test_auto_proves_small_sheets(name, reference):
     assert result.travel_mm == pytest.approx(known, abs=1e-4)
 
 
-def test_a_time_limit_ends_the_search_and_says_so(reference):
-    problem, _ = reference("10x10_s1")
-    for method in ("auto", "local", "mcts", "aco"):
-        result = solve(problem, method=method, time_limit_s=0.0)
-        assert result.stopped
-        assert "stopped early" in result.summary()
-        assert problem.refusal(result.order) is None
-
-
-@pytest.mark.parametrize("method", ["auto", "local", "mcts", "aco", "multistart"])
-def test_ctrl_c_returns_the_best_so_far(method, reference):
-    problem, _ = reference("10x10_s1")
-
-    def interrupt(_):
-        raise KeyboardInterrupt
-
-    result = solve(problem, method=method, progress=interrupt)
-    assert result.stopped
-    assert problem.refusal(result.order) is None
-
-
 def test_progress_never_rises(reference):
     problem, _ = reference("6x6_s1")
     said = []
@@ -199,17 +177,6 @@ def test_wrong_use_is_refused_in_words(options, words):
     segments = np.array([line(0, k, 1, k) for k in range(3)], float)
     with pytest.raises(SequenceError, match=words):
         solve(segments, **options)
-
-
-def test_ctrl_c_while_refining_returns_the_best_so_far(monkeypatch):
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(importlib.import_module("slicer.sequence.goal"), "refine", interrupted)
-    segments = np.array([line(c, k, c + 1, k) for k in range(3) for c in range(2)], float)
-    result = solve(segments, objective="routed", effort="quick")
-    assert result.stopped
-    assert Problem.build(segments, first=0).refusal(result.order) is None
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,8 @@ import profiles
 import vslice.cli
 from printer import Settings, read_program
 from printer.dry_run import dry_run
-from printer.emulator.firmware import Firmware, Options
+from printer.emulator.build import Options
+from printer.emulator.firmware import Firmware
 from printer.emulator.pty import PtyPrinter
 from printer.journal import journal_path, read_journal
 from printer.ports import PortInfo, port_lock
@@ -300,7 +301,7 @@ def test_the_only_port_is_offered(run, part, monkeypatch):
             "sys.stdin", type("Terminal", (), {"isatty": lambda self: True, "fileno": None})()
         )
         monkeypatch.setattr("click.confirm", lambda *_, **__: True)
-        monkeypatch.setattr("vslice.commands.send.keys", lambda _: nullcontext())
+        monkeypatch.setattr("vslice.streaming.keys", lambda _: nullcontext())
         code, _, err = run("send", part, "--no-check", *QUICK)
         assert code == 0, err
         assert printer.firmware.path.material == pytest.approx(15)

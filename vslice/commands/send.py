@@ -1,22 +1,20 @@
 """``vslice send``: stream a program to a printer, for real or dry, or go on with an interrupted job."""
 
-import signal
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from vslice.options import program_profile_option, set_option
-from vslice.progress import Display, clock, keys, shown
-from vslice.session import common, say
+from vslice.progress import Display, clock, shown
+from vslice.session import common
+from vslice.streaming import resume_offered, run, stream_program, told
 
 if TYPE_CHECKING:
-    from printer import Journal, Program, Report, Settings
+    from printer import Settings
     from profiles import Profile
 
 MOST = 5  # violations and warnings that are shown one by one
@@ -146,103 +144,6 @@ def check(program_file: Path, profile: "Profile") -> None:
         )
 
 
-def stream_program(program_file: Path, port: str, settings: "Settings", profile_name: str) -> int:
-    """Stream a file to a port with display, journal and Ctrl-C; returns the exit code."""
-    from printer import Journal, read_program
-    from printer.journal import JobRecord, journal_path, unfinished
-
-    program = read_program(program_file)
-    path = journal_path(program_file)
-    with closing(Journal(path)) as journal:
-        if (line := unfinished(path)) is not None:
-            say(
-                f"{program.name}: its last job ended at line {line}; this begins anew (--resume would go on)."
-            )
-        journal.begin(JobRecord(str(program_file.resolve()), program.sha256, port, profile_name))
-        with _resume_offered(program, path):
-            report = _run(program, port, settings, journal)
-    return _told(report, path, program)
-
-
-def _run(
-    program: "Program",
-    port: Any,
-    settings: "Settings",
-    journal: "Journal | None",
-    start_at: int = 0,
-    before: Sequence[str] = (),
-) -> "Report":
-    from printer import Job
-    from printer.replay import estimate
-
-    display = Display(program, estimate(program, settings.safety.build_axis))
-    with shown(display) as show:
-        job = Job(
-            program, port, settings, on_progress=show, journal=journal, start_at=start_at, before=before
-        )
-
-        def key(pressed: str) -> None:
-            if pressed == "p":
-                job.pause(not job.paused)
-
-        with _interrupts(job), keys(key):
-            return job.run()
-
-
-@contextmanager
-def _interrupts(job: Any) -> Iterator[None]:
-    """Ctrl-C once, or SIGTERM: a controlled stop. Twice: M112."""
-    count = 0
-
-    def interrupted(signal_number: int, frame: FrameType | None) -> None:
-        nonlocal count
-        count += 1
-        if count == 1:
-            job.cancel()
-        else:
-            job.abort()
-
-    before = {number: signal.signal(number, interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _told(report: "Report", journal: Path, program: "Program") -> int:
-    from printer import State
-
-    for warning in list(dict.fromkeys(report.warnings))[:MOST]:
-        say(f"Printer: {warning}")
-    say(
-        f"{program.name}: {report.state.value}: {report.acknowledged} of {report.total} commands, "
-        f"{report.resent} lines sent again, {clock(report.elapsed_s)}, longest silence "
-        f"{report.longest_silence_s:.1f} s"
-    )
-    if report.state is State.FINISHED:
-        return 0
-    if report.message:
-        say(f"{program.name}: {report.message}")
-    _offer_resume(program, journal)
-    return 130
-
-
-@contextmanager
-def _resume_offered(program: "Program", journal: Path) -> Iterator[None]:
-    from printer import StreamError
-
-    try:
-        yield
-    except StreamError:
-        _offer_resume(program, journal)
-        raise
-
-
-def _offer_resume(program: "Program", journal: Path) -> None:
-    say(f"The journal is {journal}; 'vslice send --resume {program.name}' goes on with the job.")
-
-
 # --- dry run -------------------------------------------------------------------------------------------
 
 
@@ -253,15 +154,15 @@ def _dry_run(program_file: Path, settings: "Settings") -> None:
 
     program = read_program(program_file)
     with shown(Display(program, estimate(program), clock_runs=False)) as show:
-        run = dry_run(program, settings, show)
-    where = "  ".join(f"{axis} {value:.3f}" for axis, value in run.position.items())
-    click.echo(f"lines      {run.report.acknowledged} of {run.report.total} commands, each taken once")
-    click.echo(f"moves      {run.path.count}")
+        ended = dry_run(program, settings, show)
+    where = "  ".join(f"{axis} {value:.3f}" for axis, value in ended.position.items())
+    click.echo(f"lines      {ended.report.acknowledged} of {ended.report.total} commands, each taken once")
+    click.echo(f"moves      {ended.path.count}")
     click.echo(f"position   {where} (mm, at the end)")
-    click.echo(f"material   {run.material_mm:.2f} mm of E")
-    click.echo(f"time       {clock(run.time_s)} (moves at their programmed speed, waits and heating)")
-    warnings = list(dict.fromkeys(run.report.warnings))
-    click.echo(f"warnings   {len(run.report.warnings)}")
+    click.echo(f"material   {ended.material_mm:.2f} mm of E")
+    click.echo(f"time       {clock(ended.time_s)} (moves at their programmed speed, waits and heating)")
+    warnings = list(dict.fromkeys(ended.report.warnings))
+    click.echo(f"warnings   {len(ended.report.warnings)}")
     for warning in warnings[:MOST]:
         click.echo(f"  {warning}")
 
@@ -321,9 +222,9 @@ def _resume(
             if not yes and not click.confirm("Is the way free? The nozzle will move", err=True):
                 raise click.Abort
             ready = replace(settings, boot_wait_s=0.0)
-            with _resume_offered(program, path):
-                report = _run(program, line, ready, journal, plan.start_at, plan.before)
-    return _told(report, path, program)
+            with resume_offered(program, path):
+                report = run(program, line, ready, journal, plan.start_at, plan.before)
+    return told(report, path, program)
 
 
 def _only_port() -> str:
