@@ -1,28 +1,37 @@
-"""Measure the sequencer on reference instances and tissue grids: a table in Markdown on stdout.
+"""Measure the sequencer on reference instances, tissue grids and random walks: a table in Markdown on stdout.
 
 usage: python benchmarks/sequence.py [--effort default] [--method auto] [--seeds 10] [--sizes 20 40]
-           [--peers PYTHON [--peer-seconds 30]]
+           [--walks 4x4:5 6x6:3] [--only NAMES] [--json FILE] [--peers PYTHON [--peer-seconds 30]]
 
-Each row is the median of all seeds, in one process, after one run that compiles. Seconds are those of the
-processor. Sheets of ``--sizes`` tiles a side follow the source paper's random walk.
+Each row is an instance, in a process of its own, so that its peak memory is its own: medians over all seeds
+of travel, bound, the gap between the two of each run, and processor seconds. Small parts of the instance are
+ordered before, which loads the code; a process before the first one compiles what is not compiled yet.
 
-``--peers`` names an interpreter that has numpy, ortools and didppy, in an environment of their own. A second
+Sheets of ``--sizes`` tiles a side follow the source paper's random walk. ``--walks 4x4:5`` adds those of
+seeds 1 to 5, and a table of how many of them were proved optimal in every run, and the slowest of all runs.
+
+``--peers`` names an interpreter that has numpy, ortools and didppy, in an environment of their own. Another
 table then shows what these solvers find on reference instances, one run each, from our greedy order where
 they can start from one. Every order is checked and measured by us, not by its solver.
 """
 
 import argparse
 import json
+import math
 import os
-import resource
+import re
 import statistics
 import subprocess
+import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from fnmatch import fnmatch
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from machine import machine, peak_mb
 
 from slicer import grid
 from slicer.generate import random_walk
@@ -34,57 +43,176 @@ ROOT = Path(__file__).parents[1]
 PEERS = {"OR-Tools routing": "routing.py", "OR-Tools CP-SAT": "cp_sat.py", "DIDPPy CABS": "dynamic.py"}
 PEER_INSTANCES = ("2x2_s1", "3x3_s1", "4x4_s1", "10x10_s1")
 
+HEADINGS = (
+    "instance", "toolpaths", "J median", "J best", "J / n", "bound", "gap", "proved", "seconds", "peak MB",
+)  # fmt: skip
+PARTS = (60, 300)
+"""Toolpaths of the parts whose ordering calls all that ordering the whole will call."""
 
-def instances(sizes: list[int]) -> Iterator[tuple[str, Problem]]:
-    """Name and problem of each instance; reference sheets begin with their first toolpath."""
+Row = dict[str, Any]
+
+
+def instances(sizes: list[int], walks: list[tuple[int, int, int]]) -> dict[str, Callable[[], Problem]]:
+    """How to make each instance, by its name; reference sheets begin with their first toolpath."""
+    made: dict[str, Callable[[], Problem]] = {}
     for file in sorted((ROOT / "tests" / "data" / "reference").glob("*_s1.json")):
-        data = json.loads(file.read_text(encoding="utf-8"))
-        yield file.stem, Problem.build(np.array(data["segments"], float), first=data["first"])
+        made[file.stem] = partial(reference, file)
     for file in sorted((ROOT / "examples").glob("*.json")):
-        yield file.stem, Problem.build(hatch(grid.read(file)).segments, first=None)
+        made[file.stem] = partial(tissue, file)
     for size in sizes:
-        yield f"{size}x{size}", Problem.build(hatch(random_walk(size, size, seed=1)).segments, first=0)
+        made[f"{size}x{size}"] = partial(walk, size, size, 1)
+    for cols, rows, count in walks:
+        for seed in range(1, count + 1):
+            made[walk_name(cols, rows, seed)] = partial(walk, cols, rows, seed)
+    return made
+
+
+def reference(file: Path) -> Problem:
+    """The problem of a reference instance."""
+    data = json.loads(file.read_text(encoding="utf-8"))
+    return Problem.build(np.array(data["segments"], float), first=data["first"])
+
+
+def tissue(file: Path) -> Problem:
+    """The problem of a grid file, from wherever is best."""
+    return Problem.build(hatch(grid.read(file)).segments)
+
+
+def walk(cols: int, rows: int, seed: int) -> Problem:
+    """The problem of a random walk, from its lowest toolpath on the left."""
+    return Problem.build(hatch(random_walk(cols, rows, seed=seed)).segments, first=0)
+
+
+def walk_name(cols: int, rows: int, seed: int) -> str:
+    """What a random walk is called in the tables."""
+    return f"walk {cols}x{rows} seed {seed}"
+
+
+def walks_of(text: str) -> tuple[int, int, int]:
+    """Columns, rows and number of walks of an option such as 4x4:5."""
+    match = re.fullmatch(r"([1-9]\d*)x([1-9]\d*):([1-9]\d*)", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"'{text}' must be COLSxROWS:WALKS, as 4x4:5")
+    return int(match[1]), int(match[2]), int(match[3])
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--effort", default="default")
     parser.add_argument("--method", default="auto")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--sizes", type=int, nargs="*", default=[])
+    parser.add_argument("--walks", type=walks_of, nargs="*", default=[], metavar="COLSxROWS:WALKS")
     parser.add_argument("--only", default="*", help="names of instances, with wildcards")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write machine and every run there too")
     parser.add_argument("--peers", metavar="PYTHON", help="interpreter that has the peers installed")
     parser.add_argument("--peer-seconds", type=float, default=30.0, help="time limit of each peer's solver")
+    parser.add_argument("--one", metavar="NAME", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    print("| instance | toolpaths | J median | J best | J / n | bound | gap | seconds | peak MB |")
-    print("|---|---|---|---|---|---|---|---|---|")
-    for name, problem in instances(options.sizes):
-        if not fnmatch(name, options.only):
-            continue
-        solve(problem, method=options.method, effort="quick")
-        travels, seconds, bounds = [], [], []
-        for seed in range(options.seeds):
-            begin = time.process_time()
-            result = solve(problem, method=options.method, effort=options.effort, seed=seed)
-            seconds.append(time.process_time() - begin)
-            travels.append(result.travel_mm)
-            bounds.append(result.lower_bound_mm or 0.0)
-        median, bound = statistics.median(travels), max(bounds)
-        gap = f"{100 * (median / bound - 1):.2f} %" if bound else ""
-        print(
-            f"| {name} | {problem.n} | {median:.3f} | {min(travels):.3f} | {median / problem.n:.4f} "
-            f"| {f'{bound:.3f}' if bound else ''} | {gap} | {statistics.median(seconds):.2f} "
-            f"| {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} |",
-            flush=True,
-        )
+    if options.seeds < 1:
+        parser.error(f"--seeds {options.seeds} must be at least 1")
+    if options.json is not None and (options.json.is_dir() or not options.json.parent.is_dir()):
+        parser.error(f"--json {options.json}: name a file in a folder that exists")
+    known = instances(options.sizes, options.walks)
+    if options.one is not None:
+        if options.one in known:
+            print(json.dumps(measure(known[options.one](), options)))
+        else:
+            load(walk(6, 6, 1), options.method)
+        return
+    names = [name for name in known if fnmatch(name, options.only)]
+    about = machine()
+    print(", ".join(f"{key} {value}" for key, value in about.items()))
+    print(f"method {options.method}, effort {options.effort}, medians of {options.seeds} seeds\n")
+    print("| " + " | ".join(HEADINGS) + " |\n" + "|---" * len(HEADINGS) + "|", flush=True)
+    rows: dict[str, Row] = {}
+    if names:
+        in_own_process("")
+    for name in names:
+        rows[name] = json.loads(in_own_process(name))
+        print("| " + " | ".join([name, *cells(rows[name])]) + " |", flush=True)
+    if options.walks:
+        print("\n" + table_of_walks(options.walks, rows))
+    if options.json is not None:
+        settings = {"method": options.method, "effort": options.effort, "seeds": options.seeds}
+        whole = {"machine": about, "settings": settings, "instances": rows}
+        options.json.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
     if options.peers:
         compare_peers(options.peers, options.peer_seconds)
 
 
+def in_own_process(name: str) -> str:
+    """Run this script for one instance; "" only compiles."""
+    command = [sys.executable, *sys.argv, "--one", name]
+    return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+
+
+def load(problem: Problem, method: str) -> None:
+    """Load the code, or compile it: order parts of a sheet that are closed downwards, as greedy prints it."""
+    order = solve(problem, method="greedy").order
+    for toolpaths in PARTS:
+        part = Problem.build(problem.segments[np.sort(order[:toolpaths])])
+        solve(part, method=method, effort="quick")
+
+
+def measure(problem: Problem, options: argparse.Namespace) -> Row:
+    """Every run of one instance, and the most memory that this process ever had."""
+    load(problem, options.method)
+    row: Row = {"toolpaths": problem.n, "travel_mm": [], "bound_mm": [], "proved": [], "seconds": []}
+    for seed in range(options.seeds):
+        begin = time.process_time()
+        result = solve(problem, method=options.method, effort=options.effort, seed=seed)
+        row["seconds"].append(time.process_time() - begin)
+        row["travel_mm"].append(result.travel_mm)
+        row["bound_mm"].append(result.lower_bound_mm)
+        row["proved"].append(result.proved)
+    return row | {"peak_mb": peak_mb()}
+
+
+def cells(row: Row) -> list[str]:
+    """What a row of the table holds after the name of the instance; nothing where there is no bound."""
+    travel, seeds = statistics.median(row["travel_mm"]), len(row["travel_mm"])
+    bounds = [math.nan if bound is None else bound for bound in row["bound_mm"]]
+    gaps = [
+        100 * (mm - bound) / bound if bound > 0 else 0.0 if mm == bound else math.inf
+        for mm, bound in zip(row["travel_mm"], bounds, strict=True)
+    ]
+    bound, gap = "", ""
+    if not any(map(math.isnan, bounds)):
+        bound, gap = f"{statistics.median(bounds):.3f}", f"{statistics.median(gaps):.2f} %"
+    return [
+        str(row["toolpaths"]),
+        f"{travel:.3f}",
+        f"{min(row['travel_mm']):.3f}",
+        f"{travel / row['toolpaths']:.4f}",
+        bound,
+        gap,
+        f"{sum(row['proved'])} of {seeds}",
+        f"{statistics.median(row['seconds']):.2f}",
+        f"{row['peak_mb']:.0f}",
+    ]
+
+
+def table_of_walks(walks: list[tuple[int, int, int]], rows: dict[str, Row]) -> str:
+    """How many walks of each size were proved in all of their runs, the slowest run, and the most memory."""
+    lines = ["| random walks | proved | slowest run, s | peak MB |", "|---|---|---|---|"]
+    for cols, tiles_up, count in walks:
+        names = [walk_name(cols, tiles_up, seed) for seed in range(1, count + 1)]
+        same = [rows[name] for name in names if name in rows]
+        if same:
+            proved = sum(all(row["proved"]) for row in same)
+            slowest = max(max(row["seconds"]) for row in same)
+            memory = max(row["peak_mb"] for row in same)
+            lines.append(f"| {cols}x{tiles_up} | {proved} of {len(same)} | {slowest:.2f} | {memory:.0f} |")
+    return "\n".join(lines)
+
+
 def compare_peers(python: str, limit_s: float) -> None:
     """Run each peer on each instance of ``PEER_INSTANCES``, in a process of its own, and print a table."""
-    known = dict(instances([]))
+    known = instances([], [])
     missing: dict[str, str] = {}
     print(f"\nPeers, {limit_s:g} s each:\n")
     print("| instance | method | J | bound | proved | seconds |")
@@ -92,7 +220,7 @@ def compare_peers(python: str, limit_s: float) -> None:
     for name in PEER_INSTANCES:
         for peer, script in PEERS.items():
             if peer not in missing:
-                outcome = peer_row(python, script, known[name], limit_s)
+                outcome = peer_row(python, script, known[name](), limit_s)
                 if outcome.startswith(("ModuleNotFoundError", "no interpreter")):
                     missing[peer] = outcome
                 else:

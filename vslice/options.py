@@ -74,14 +74,37 @@ def output_option(help_text: str) -> Decorator:
     )
 
 
-def not_onto_input(source: Path, target: Path | None) -> None:
-    """Refuse to write over the file that is being read.
+def not_onto_input(source: Path, target: Path | None, *, option: str = "-o") -> None:
+    """Refuse to write over a file that is being read: the input, or a profile.
+
+    Args:
+        option: the one that names the target.
 
     Raises:
         UsageError: source and target are the same file.
     """
     if target is not None and target.exists() and source.exists() and target.samefile(source):
-        raise click.UsageError(f"{target} is the input itself; name another file with -o.")
+        raise click.UsageError(f"{target} is the input itself; name another file with {option}.")
+
+
+def not_onto_profile(profile_name: str | None, target: Path | None, *, option: str = "-o") -> None:
+    """``not_onto_input`` for a profile, which may be a file."""
+    if profile_name is not None and Path(profile_name).is_file():
+        not_onto_input(Path(profile_name), target, option=option)
+
+
+def picture_format(target: Path) -> str:
+    """The format of a picture by its extension.
+
+    Raises:
+        UsageError: there is no such format.
+    """
+    from gcode import preview
+
+    file_format = target.suffix.lstrip(".").lower()
+    if file_format not in preview.FORMATS:
+        raise click.UsageError(f"{target}: a picture must end in .png, .svg or .pdf, not '{target.suffix}'.")
+    return file_format
 
 
 def is_stdout(path: Path | None) -> bool:

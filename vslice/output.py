@@ -10,6 +10,25 @@ from pathlib import Path
 import click
 
 
+def check_place(path: Path | None) -> None:
+    """Refuse a place that ``write`` would refuse, before the work whose result is to be written there.
+
+    Raises:
+        ClickException: the path is a folder, or in none, or must not be written.
+    """
+    if path is None:
+        return
+    if path.is_dir():
+        raise click.ClickException(f"{path} is a folder; name a file in it.")
+    if not path.parent.is_dir():
+        raise click.ClickException(f"{path}: there is no folder {path.parent}; make it first.")
+    ordinary = not path.exists() or path.is_file()
+    # An ordinary file is replaced by one that is written beside it.
+    where = path.resolve().parent if ordinary else path
+    if not os.access(where, os.W_OK):
+        raise click.ClickException(f"{path}: you may not write to {where}; name another place.")
+
+
 def write(path: Path | None, chunks: Iterable[bytes]) -> None:
     """Write ``chunks`` to a file, or to stdout where ``path`` is None.
 
@@ -18,7 +37,7 @@ def write(path: Path | None, chunks: Iterable[bytes]) -> None:
     it is; a link stays a link, and what it points to is replaced.
 
     Raises:
-        ClickException: the path is a folder, or in none.
+        ClickException: see ``check_place``.
         OSError: it cannot be written; nothing has changed.
     """
     if path is None:
@@ -26,11 +45,8 @@ def write(path: Path | None, chunks: Iterable[bytes]) -> None:
             sys.stdout.buffer.write(chunk)
         sys.stdout.buffer.flush()
         return
+    check_place(path)
     mode = path.stat().st_mode if path.exists() else None
-    if path.is_dir():
-        raise click.ClickException(f"{path} is a folder; name a file in it.")
-    if not path.parent.is_dir():
-        raise click.ClickException(f"{path}: there is no folder {path.parent}; make it first.")
     if mode is not None and not stat.S_ISREG(mode):
         with path.open("wb") as out:
             out.writelines(chunks)

@@ -4,9 +4,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
+
+if TYPE_CHECKING:  # it imports all that is heavy
+    from slicer.sequence.method import Progress as Found
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -58,6 +61,12 @@ def say(text: str) -> None:
     """A line on stderr, unless the user wants quiet; stdout may be the product."""
     if not quiet():
         click.echo(text, err=True)
+
+
+def so_far(found: "Found", unit: str) -> str:
+    """The state of a search, short enough for a line: the best cost, and the bound where there is one."""
+    bound = f", at least {found.lower_bound:.2f}" if found.lower_bound else ""
+    return f"{found.stage}: {found.cost:.2f} {unit}{bound}"
 
 
 class Steps:
@@ -121,8 +130,14 @@ def progress(total: int) -> Iterator[Steps]:
         yield Steps()
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (BarColumn(bar_width=24), TimeElapsedColumn(), TextColumn("{task.description}"))
+    # The spinner turns in a thread of its own: a step without news is seen to be alive.
+    columns = (
+        SpinnerColumn(),
+        BarColumn(bar_width=24),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         yield _Bar(bar, total)

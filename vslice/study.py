@@ -4,34 +4,45 @@ import csv
 import io
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from profiles import Profile
-from slicer import grid, sequence, travel
-from slicer.errors import GridError
+from slicer import sequence, travel
 from slicer.sequence import Problem, Result
 from slicer.sequence.cost import ObjectiveName
 from slicer.sequence.method import Progress
 from slicer.sequence.true_cost import true_cost
 from vslice.objective import objective_of
-from vslice.pipeline import hatched, problem_of
+from vslice.session import Steps, so_far
 
-DRAWS_NOTHING = {"greedy", "multistart", "beam", "exact"}
-"""Methods that give the same sequence for every seed, and so are run once."""
+ONCE = {"greedy", "multistart"}
+"""Methods that draw nothing at random, and so are run once."""
+ONCE_STRAIGHT = ONCE | {"beam", "exact"}
+"""The same for straight travel. Over the skyline, kicks follow these two, and kicks are drawn."""
+
+UNITS: dict[ObjectiveName, str] = {"straight": "mm", "routed": "mm", "time": "s"}
+AXIS: dict[ObjectiveName, str] = {
+    "straight": "straight travel J [mm]",
+    "routed": "routed travel [mm]",
+    "time": "time of travels [s]",
+}
+
+PARTS = (60, 300)
+"""Toolpaths of the parts of a sheet whose ordering calls all that ordering the sheet will call."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A method on one sheet over several seeds; travel in mm, times in s.
+    """A method on one sheet over several seeds; travel in mm, times in s, whatever the objective.
 
-    ``gap_percent`` is how far the mean is above the best bound that any method has proved,
-    ``below_greedy_percent`` how far it is below greedy's travel.
+    ``travel`` is the straight travel J. ``travel_bound_mm`` is what this method has proved.
+    ``travel_gap_percent`` is how far the mean J is above the best bound that any method has proved,
+    ``travel_below_greedy_percent`` how far it is below greedy's J. ``seconds`` is the median run.
     """
 
     method: str
@@ -39,9 +50,9 @@ class Row:
     travel_best_mm: float
     routed_mean_mm: float
     time_mean_s: float
-    bound_mm: float | None
-    gap_percent: float | None
-    below_greedy_percent: float
+    travel_bound_mm: float | None
+    travel_gap_percent: float | None
+    travel_below_greedy_percent: float
     nodes_visited: int
     states_created: int
     seconds: float
@@ -62,32 +73,36 @@ HEADINGS = {
     "travel_best_mm": "J best",
     "routed_mean_mm": "routed",
     "time_mean_s": "travel s",
-    "bound_mm": "bound",
-    "gap_percent": "gap %",
-    "below_greedy_percent": "below greedy %",
+    "travel_bound_mm": "J bound",
+    "travel_gap_percent": "J above bound %",
+    "travel_below_greedy_percent": "J below greedy %",
     "nodes_visited": "nodes",
     "states_created": "states",
     "seconds": "seconds",
 }
 
 
-def load_problem(path: Path, start: str) -> Problem:
-    """The sequencing problem of a grid file, or of an instance {"segments": ..., "first": index or null}.
+def runs(methods: Sequence[str], seeds: int, objective: ObjectiveName) -> list[tuple[str, int]]:
+    """Method and seed of every run: greedy too, since the others are compared with it."""
+    once = ONCE_STRAIGHT if objective == "straight" else ONCE
+    return [
+        (method, seed)
+        for method in dict.fromkeys([*methods, "greedy"])
+        for seed in range(1 if method in once else seeds)
+    ]
 
-    Raises:
-        GridError: the file is neither.
-    """
-    try:
-        data = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
-        data = None  # the grid reader says what is wrong with it
-    if not (isinstance(data, dict) and "segments" in data):
-        return problem_of(hatched(grid.read(path)).segments, start)
-    try:
-        segments = np.array(data["segments"], np.float64)
-    except (TypeError, ValueError):
-        raise GridError(str(path), ["segments must be [[[x, y], [x, y]], ...]."]) from None
-    return Problem.build(segments, first=data.get("first") if start == "corner" else None)
+
+def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, profile: Profile) -> None:
+    """Load, or compile, the code of methods on small parts of a sheet, so that no run is charged for it."""
+    order = sequence.solve(problem, method="greedy").order
+    for toolpaths in sorted({min(part, problem.n) for part in PARTS}):
+        # What greedy prints first is closed downwards, so it is a sheet like the whole.
+        part = Problem.build(problem.segments[np.sort(order[:toolpaths])])
+        for method in dict.fromkeys([*methods, "greedy"]):
+            result = sequence.solve(
+                part, method=method, effort="quick", objective=objective_of(profile, objective)
+            )
+            _measured(part, result, profile)
 
 
 def run_methods(
@@ -98,72 +113,80 @@ def run_methods(
     effort: str,
     objective: ObjectiveName,
     profile: Profile,
-    step: Callable[[str], None],
+    step: Steps,
 ) -> tuple[list[Row], list[Trace]]:
-    """Solve a problem with each method and each seed from 0; ``step`` is told what begins.
+    """Solve a problem with each method and each seed from 0; ``step`` is told what begins and how it goes.
 
-    Greedy is always run, since the others are compared with it.
+    Greedy is always run, since the others are compared with it, but has a row and traces only where it is
+    among the methods.
     """
-    timed = objective_of(profile, "time")
-    runs: dict[str, list[Result]] = {}
-    plans: dict[str, list[travel.Plan]] = {}
+    found: dict[str, list[Result]] = {}
+    measured: dict[str, list[tuple[float, float]]] = {}
     traces = []
-    for method in dict.fromkeys([*methods, "greedy"]):
-        # The same seed gives the same sequence where nothing is drawn at random.
-        for seed in range(1 if method in DRAWS_NOTHING else seeds):
-            step(f"{method} {seed}" if seeds > 1 else method)
-            trace = Trace(method, seed)
-            begin = time.perf_counter()
+    for method, seed in runs(methods, seeds, objective):
+        step(f"{method}, seed {seed}" if seeds > 1 else method)
+        trace = Trace(method, seed)
+        begin = time.perf_counter()
 
-            def watch(progress: Progress, trace: Trace = trace, begin: float = begin) -> None:
-                trace.points.append((time.perf_counter() - begin, progress.cost))
+        def watch(progress: Progress, trace: Trace = trace, begin: float = begin) -> None:
+            trace.points.append((time.perf_counter() - begin, progress.cost))
+            step.detail(so_far(progress, UNITS[objective]))
 
-            result = sequence.solve(
-                problem,
-                method=method,
-                seed=seed,
-                effort=effort,
-                objective=objective_of(profile, objective),
-                progress=watch,
-            )
-            plan = travel.plan(
-                problem.segments, result.order, result.flipped, clearance_mm=profile.motion.clearance_mm
-            )
-            trace.points.append((result.runtime_s, result.cost))
-            traces.append(trace)
-            runs.setdefault(method, []).append(result)
-            plans.setdefault(method, []).append(plan)
-    greedy_mm = runs["greedy"][0].travel_mm
-    bounds = [r.lower_bound_mm for found in runs.values() for r in found if r.lower_bound_mm is not None]
-    bound = max(bounds, default=None)
-    rows = []
-    for method in methods:
-        found = runs[method]
-        travel_mm = [result.travel_mm for result in found]
-        mean = float(np.mean(travel_mm))
-        rows.append(
-            Row(
-                method=method,
-                travel_mean_mm=mean,
-                travel_best_mm=min(travel_mm),
-                routed_mean_mm=float(np.mean([plan.routed_mm for plan in plans[method]])),
-                time_mean_s=float(
-                    np.mean([true_cost(problem, timed, _oriented(result)) for result in found])
-                ),
-                bound_mm=max((r.lower_bound_mm for r in found if r.lower_bound_mm is not None), default=None),
-                gap_percent=100 * (mean / bound - 1) if bound else None,
-                below_greedy_percent=100 * (1 - mean / greedy_mm) if greedy_mm else 0.0,
-                nodes_visited=int(np.mean([result.nodes_visited for result in found])),
-                states_created=int(np.mean([result.states_created for result in found])),
-                seconds=float(np.median([result.runtime_s for result in found])),
-            )
+        result = sequence.solve(
+            problem,
+            method=method,
+            seed=seed,
+            effort=effort,
+            objective=objective_of(profile, objective),
+            progress=watch,
         )
+        trace.points.append((result.runtime_s, result.cost))
+        found.setdefault(method, []).append(result)
+        measured.setdefault(method, []).append(_measured(problem, result, profile))
+        if method in methods:
+            traces.append(trace)
+    bounds = [r.lower_bound_mm for results in found.values() for r in results if r.lower_bound_mm is not None]
+    greedy_mm = found["greedy"][0].travel_mm
+    rows = [
+        _row(method, found[method], measured[method], max(bounds, default=None), greedy_mm)
+        for method in methods
+    ]
     return rows, traces
 
 
-def _oriented(result: Result) -> NDArray[np.int32]:
+def _measured(problem: Problem, result: Result, profile: Profile) -> tuple[float, float]:
+    """Routed travel in mm, and the seconds of all travels, on a machine."""
+    plan = travel.plan(
+        problem.segments, result.order, result.flipped, clearance_mm=profile.motion.clearance_mm
+    )
     oriented: NDArray[np.int32] = (2 * result.order + result.flipped).astype(np.int32)
-    return oriented
+    return plan.routed_mm, true_cost(problem, objective_of(profile, "time"), oriented)
+
+
+def _row(
+    method: str,
+    results: Sequence[Result],
+    measured: Sequence[tuple[float, float]],
+    bound: float | None,
+    greedy_mm: float,
+) -> Row:
+    travel_mm = [result.travel_mm for result in results]
+    mean = float(np.mean(travel_mm))
+    routed_mm, time_s = np.mean(measured, axis=0)
+    own = [result.lower_bound_mm for result in results if result.lower_bound_mm is not None]
+    return Row(
+        method=method,
+        travel_mean_mm=mean,
+        travel_best_mm=min(travel_mm),
+        routed_mean_mm=float(routed_mm),
+        time_mean_s=float(time_s),
+        travel_bound_mm=max(own, default=None),
+        travel_gap_percent=100 * (mean / bound - 1) if bound else None,
+        travel_below_greedy_percent=100 * (1 - mean / greedy_mm) if greedy_mm else 0.0,
+        nodes_visited=round(np.mean([result.nodes_visited for result in results])),
+        states_created=round(np.mean([result.states_created for result in results])),
+        seconds=float(np.median([result.runtime_s for result in results])),
+    )
 
 
 def as_text(rows: Sequence[Row], file_format: str) -> str:
@@ -186,29 +209,36 @@ def _cell(key: str, value: Any) -> str:
     if value is None:
         return ""
     if isinstance(value, float):
-        return f"{value:.4f}" if key.endswith("_mm") else f"{value:.2f}"
+        digits = 4 if key.endswith("_mm") else 2
+        return f"{round(value, digits) + 0.0:.{digits}f}"  # no negative zero
     return str(value)
 
 
-def draw_gap(traces: Sequence[Trace], bound: float | None, unit: str) -> Any:
-    """A matplotlib figure of every run: the cost of its best sequence, or the gap to a bound, over time."""
+def draw_runs(traces: Sequence[Trace], bound: float | None, objective: ObjectiveName, title: str) -> Any:
+    """A matplotlib figure of every run over time: the cost of its best sequence.
+
+    Bounds hold for straight travel alone. Where that is the objective and there is one, the gap to it is
+    drawn instead.
+    """
     from matplotlib.figure import Figure
 
+    gap = bool(bound) and objective == "straight"
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.add_subplot()
-    for k, method in enumerate(dict.fromkeys(trace.method for trace in traces)):
-        for trace in traces:
-            if trace.method != method:
-                continue
-            seconds = [max(point[0], 1e-3) for point in trace.points]
-            costs = np.array([point[1] for point in trace.points])
-            label = method if trace.seed == 0 else None
-            values = 100 * (costs / bound - 1) if bound else costs
-            axes.step(seconds, values, where="post", color=f"C{k % 10}", label=label, marker=".", lw=1)
+    named: dict[str, str] = {}
+    for trace in traces:
+        label = None if trace.method in named else trace.method
+        color = named.setdefault(trace.method, f"C{len(named) % 10}")
+        seconds = [max(point[0], 1e-3) for point in trace.points]
+        costs = np.array([point[1] for point in trace.points])
+        values = 100 * (costs / bound - 1) if gap and bound else costs
+        axes.step(seconds, values, where="post", color=color, label=label, marker=".", lw=1)
+    axes.set_title(title)
     axes.set_xscale("log")
     axes.set_xlabel("seconds")
-    axes.set_ylabel("gap to the bound [%]" if bound else f"travel [{unit}]")
-    axes.set_ylim(bottom=0)
+    axes.set_ylabel("J above the best bound [%]" if gap else AXIS[objective])
+    if gap:
+        axes.set_ylim(bottom=0)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     return figure

@@ -18,20 +18,6 @@ PROFILES = ["marlin-generic", "marlin-syringe", "marlin-pneumatic"]
 ONE_TILE = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
 
 
-@pytest.fixture
-def run(capsysbinary, monkeypatch, tmp_path):
-    """Run a command line in an empty folder: (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*words):
-        with pytest.raises(SystemExit) as ended:
-            vslice.cli.main([str(word) for word in words])
-        out, err = capsysbinary.readouterr()
-        return ended.value.code, out.decode(), err.decode()
-
-    return call
-
-
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_real_tissue_is_sliced_and_passes_the_check(run, example, profile):
@@ -88,6 +74,22 @@ def test_progress_is_told_line_by_line_when_asked(run):
     assert re.search(r"^sequencing +\d+\.\d\d s$", err, re.M)
 
 
+def test_several_processes_are_told_of_since_they_tell_nothing(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    words = ["sheet.json", "-v", "--method", "greedy", "--workers"]
+    assert "2 processes, which tell nothing before they end" in run(*words, "2")[2]
+    assert "processes" not in run(*words, "1")[2]
+
+
+def test_a_bad_place_is_refused_before_the_search(run, monkeypatch):
+    from slicer import sequence
+
+    Path("sheet.json").write_text(ONE_TILE)
+    monkeypatch.setattr(sequence, "solve", lambda *_, **__: pytest.fail("the search began"))
+    assert run("sheet.json", "-o", "nowhere/part.gcode")[0] == 1
+    assert run("sheet.json", "-o", ".")[0] == 1
+
+
 def test_slice_and_send_in_one_go(run):
     Path("sheet.json").write_text(ONE_TILE)
     code, _, err = run(
@@ -97,38 +99,6 @@ def test_slice_and_send_in_one_go(run):
     assert "sent" in err
     assert run("sheet.json", "--port", "x")[0] == 2
     assert run("sheet.json", "-o", "-", "--send")[0] == 2
-
-
-def test_compare_prints_a_table_and_draws(run):
-    Path("sheet.json").write_text(ONE_TILE)
-    words = ["compare", "sheet.json", "--seeds", "2", "--effort", "quick", "--methods"]
-    code, out, _ = run(*words, "greedy,auto", "--plot", "gap.png")
-    assert code == 0
-    lines = out.splitlines()
-    assert lines[0].startswith("| method | J mean | J best |")
-    assert [line.split("|")[1].strip() for line in lines[2:]] == ["greedy", "auto"]
-    assert Path("gap.png").read_bytes().startswith(b"\x89PNG")
-    assert run(*words, "auto", "-o", "table.csv")[0] == 0
-    assert Path("table.csv").read_text().startswith("method,travel_mean_mm,")
-    assert run(*words, "auto", "-o", "table.json")[0] == 0
-    (row,) = json.loads(Path("table.json").read_text())
-    assert row["gap_percent"] == pytest.approx(0, abs=1e-4)
-    assert run(*words, "atuo")[0] == 2
-    assert run(*words, "auto", "-o", "table.txt")[0] == 2
-
-
-def test_compare_takes_a_reference_instance(run):
-    instance = Path(__file__).parents[1] / "data" / "reference" / "2x2_s1.json"
-    _, out, _ = run("compare", instance, "--methods", "greedy,exact", "--seeds", "1")
-    assert "5.6762" in out
-
-
-def test_paper_prints_both_tables_and_draws_five_figures(run):
-    code, out, _ = run("paper", "-o", "figures", "--seeds", "10", "--grids", "1", "--effort", "quick")
-    assert code == 0
-    assert out.count("| 2x2 |") == 3
-    assert "| 1 of 4x4 | *optimum* (1 of 1 proved) |" in out
-    assert sorted(path.name for path in Path("figures").iterdir()) == [f"figure{k}.png" for k in range(1, 6)]
 
 
 def test_the_program_goes_beside_the_grid_to_a_file_or_to_stdout(run, tmp_path):
@@ -197,6 +167,9 @@ MISTAKES = [
     (["sheet.json", "--set", "machine.offset_mm=900.0"], 1, "tile (0, 0), toolpath 0: X 900"),
     (["sheet.json", "--method", "gredy"], 2, "there is no method 'gredy'"),
     (["sheet.json", "-o", "sheet.json"], 2, "sheet.json is the input itself; name another file with -o."),
+    (["preview", "sheet.json", "-o", "no/x.png"], 1, "no/x.png: there is no folder no; make it first."),
+    (["sheet.json", "-p", "lab.toml", "-o", "lab.toml"], 2, "lab.toml is the input itself"),
+    (["preview", "sheet.json", "-p", "lab.png", "-o", "lab.png"], 2, "lab.png is the input itself"),
     (["sheet.json", "--fast"], 2, "No such option '--fast'"),
     (["empty.json"], 2, "empty.json: the sheet has no toolpaths: all tiles are empty."),
     (
@@ -226,6 +199,8 @@ def test_every_mistake_ends_with_its_code_and_a_sentence(run, tmp_path, words, e
     Path("bad.json").write_text("?")
     Path("nothing.gcode").write_text("; nothing\n")
     Path("empty.json").write_text('{"tile_mm": 1, "spacing_mm": 0.1, "angles_deg": [[null]]}')
+    Path("lab.toml").write_text("[machine]\n")
+    Path("lab.png").write_text("[machine]\n")
     before = sorted(tmp_path.iterdir())
     code, out, err = run(*words)
     assert (code, out) == (exit_code, "")

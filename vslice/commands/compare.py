@@ -1,14 +1,21 @@
 """``vslice compare``: every method on one sheet, side by side."""
 
+import difflib
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from vslice import output
+from vslice.compiling import compiling
 from vslice.options import (
     effort_option,
+    is_stdout,
+    not_onto_input,
+    not_onto_profile,
     objective_option,
     output_option,
+    picture_format,
     profile_option,
     set_option,
     start_option,
@@ -23,18 +30,25 @@ FORMATS = ("csv", "md", "json")
 )
 @click.argument("file", metavar="GRID.json", type=click.Path(path_type=Path))
 @click.option("--methods", metavar="A,B,...", help="Which methods; all of them by default.")
-@click.option("--seeds", default=5, show_default=True, type=click.IntRange(1), help="Runs of each method.")
+@click.option(
+    "--seeds",
+    default=5,
+    show_default=True,
+    type=click.IntRange(1),
+    help="Runs of each method; one where it draws no random numbers.",
+)
 @effort_option
 @objective_option("straight")
 @start_option
 @click.option(
     "--plot",
     type=click.Path(path_type=Path),
-    help="Also draw the gap to the bound over time: PNG, SVG or PDF.",
+    help="Also draw every run over time: PNG, SVG or PDF. With --objective straight J above the best bound "
+    "in percent, or J where there is no bound; else what the objective measures, in mm or s.",
 )
 @profile_option
 @set_option
-@output_option("Table; .csv, .md or .json by its extension. By default Markdown on stdout.")
+@output_option("Table; .csv, .md or .json by its extension. By default, and with -, Markdown on stdout.")
 @common
 def command(
     file: Path,
@@ -50,40 +64,71 @@ def command(
 ) -> None:
     """Compare the methods on a grid, or on an instance of the reference format.
 
+    An instance is {"segments": [[[x, y], [x, y]], ...], "first": index or null}; it begins with that
+    toolpath, or anywhere with --start free.
+
     For each method: straight travel J (mean and best of the seeds), routed travel, its seconds on the
-    profile's machine, the gap to the best bound that any of them proved, and what it took.
+    profile's machine, the bound on J that it proved, how far its mean J is above the best bound of all
+    methods and below greedy's J, and what it took. Bounds are on J, and all columns named J speak of
+    straight travel, whatever --objective was aimed at.
     """
-    to_stdout = out is None or str(out) == "-"
-    file_format = "md" if to_stdout or out is None else out.suffix.lstrip(".")
+    target = None if is_stdout(out) else out
+    file_format = "md" if target is None else target.suffix.lstrip(".").lower()
     if file_format not in FORMATS:
         raise click.UsageError(f"{out}: a table must end in .csv, .md or .json, not '{file_format}'.")
+    _check_places(file, profile_name, target, plot)
+    plot_format = None if plot is None else picture_format(plot)
     import profiles
     from slicer import sequence
     from vslice import study
+    from vslice.instance import load_problem
     from vslice.objective import objective_name
 
-    names = methods.split(",") if methods else list(sequence.METHODS)
-    unknown = [name for name in names if name not in sequence.METHODS]
-    if unknown:
-        raise click.UsageError(f"There is no method '{unknown[0]}'; there are {', '.join(sequence.METHODS)}.")
+    names = _methods(methods, list(sequence.METHODS))
+    goal = objective_name(objective)
     profile = profiles.load(profile_name, overrides)
-    problem = study.load_problem(file, start)
-    with progress(len(names) * seeds + 1) as step:
+    problem = load_problem(file, start)
+    with progress(1 + len(study.runs(names, seeds, goal))) as step, compiling() as first_run:
+        if first_run:
+            say("Compiling for this machine; this happens once after installation.")
+        step("loading")
+        study.warm_up(problem, names, goal, profile)
         rows, traces = study.run_methods(
-            problem,
-            names,
-            seeds=seeds,
-            effort=effort,
-            objective=objective_name(objective),
-            profile=profile,
-            step=step,
+            problem, names, seeds=seeds, effort=effort, objective=goal, profile=profile, step=step
         )
-    output.write(None if to_stdout else out, [study.as_text(rows, file_format).encode()])
-    if plot is not None:
+    output.write(target, [study.as_text(rows, file_format).encode()])
+    if plot is not None and plot_format is not None:
         from gcode import preview
 
-        bound = max((row.bound_mm for row in rows if row.bound_mm is not None), default=None)
-        unit = "s" if objective == "time" else "mm"
-        figure = study.draw_gap(traces, bound if objective == "straight" else None, unit)
-        output.write(plot, [preview.picture(figure, plot.suffix.lstrip(".").lower())])
+        bound = max((row.travel_bound_mm for row in rows if row.travel_bound_mm is not None), default=None)
+        title = f"{file.name}: {problem.n} toolpaths, aimed at {objective}, effort {effort}"
+        figure = study.draw_runs(traces, bound, goal, title)
+        output.write(plot, [preview.picture(figure, plot_format)])
         say(f"picture written to {plot}")
+
+
+def _check_places(file: Path, profile_name: str, target: Path | None, plot: Path | None) -> None:
+    """Refuse places that cannot be written, or must not, before the work begins."""
+    for place, option in ((target, "-o"), (plot, "--plot")):
+        not_onto_input(file, place, option=option)
+        not_onto_profile(profile_name, place, option=option)
+        output.check_place(place)
+    if target is not None and plot is not None and target.resolve() == plot.resolve():
+        raise click.UsageError(f"{plot} is to hold the table; name another file with --plot.")
+
+
+def _methods(text: str | None, known: Sequence[str]) -> list[str]:
+    """The names in a list with commas, each once; spaces around them do not matter.
+
+    Raises:
+        UsageError: there is no such method, or none is named.
+    """
+    if text is None:
+        return list(known)
+    names = list(dict.fromkeys(name.strip() for name in text.split(",")))
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f" Did you mean '{near[0]}'?" if near else ""
+            raise click.UsageError(f"There is no method '{name}'; there are {', '.join(known)}.{hint}")
+    return names

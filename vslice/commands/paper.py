@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from vslice import output
+from vslice.compiling import compiling
 from vslice.options import effort_option
 from vslice.session import common, progress, say
 
@@ -17,23 +19,42 @@ from vslice.session import common, progress, say
     "--seeds", default=500, show_default=True, type=click.IntRange(10), help="Random walks for Table 1."
 )
 @click.option("--grids", default=5, show_default=True, type=click.IntRange(1), help="Grids for the methods.")
+@click.option(
+    "--format",
+    "file_format",
+    type=click.Choice(["png", "svg", "pdf"]),
+    default="png",
+    show_default=True,
+    help="Of the figures.",
+)
 @effort_option
 @common
-def command(folder: Path, seeds: int, grids: int, effort: str) -> None:
+def command(folder: Path, seeds: int, grids: int, file_format: str, effort: str) -> None:
     """Reproduce the source paper on grids of its random walk.
 
     Prints, in Markdown, its Table 1 beside the distribution over many seeds, and the table that it does
     not have: the proven optimum and every method on the same grids. Draws its Figures 1 to 5.
     """
+    if folder.exists() and not folder.is_dir():
+        raise click.ClickException(f"{folder} is a file; name a folder with -o.")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise click.ClickException(
+            f"{folder}: this folder cannot be made: {error.strerror}; name another."
+        ) from None
+    for k in range(1, 6):
+        output.check_place(folder / f"figure{k}.{file_format}")
     from vslice import reproduction
 
-    folder.mkdir(parents=True, exist_ok=True)
-    with progress(3) as step:
+    with progress(3) as step, compiling() as first_run:
+        if first_run:
+            say("Compiling for this machine; this happens once after installation.")
         step("Table 1")
         tables = [reproduction.table_one(seeds)]
         step("methods")
-        tables.append(reproduction.table_of_methods(grids, effort))
+        tables.append(reproduction.table_of_methods(grids, effort, step))
         step("figures")
-        names = reproduction.draw_figures(folder)
+        names = reproduction.draw_figures(folder, file_format)
     click.echo("\n\n".join(tables))
     say(f"figures {', '.join(names)} written to {folder}")

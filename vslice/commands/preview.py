@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from vslice import output
-from vslice.options import not_onto_input, program_profile_option
+from vslice.options import not_onto_input, not_onto_profile, picture_format, program_profile_option
 from vslice.session import common, say
 
 
@@ -43,12 +43,12 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
     A grid is a file whose first character is a brace; anything else is read as G-code.
     """
     target = out or file.with_name(file.name + ".png")
-    file_format = target.suffix.lstrip(".").lower()
+    file_format = picture_format(target)
+    not_onto_input(file, target)
+    not_onto_profile(profile_name, target)
+    output.check_place(target)
     from gcode import preview
 
-    if file_format not in preview.FORMATS:
-        raise click.UsageError(f"{target}: a picture must end in .png, .svg or .pdf, not '{target.suffix}'.")
-    not_onto_input(file, target)
     if _is_grid(file):
         from slicer import grid
 

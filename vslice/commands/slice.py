@@ -14,16 +14,16 @@ from vslice.options import (
     grid_argument,
     is_stdout,
     not_onto_input,
+    not_onto_profile,
     objective_option,
     output_option,
     profile_option,
     set_option,
     start_option,
 )
-from vslice.session import common, progress, say
+from vslice.session import Steps, common, progress, say, so_far
 
 if TYPE_CHECKING:  # it imports all that is heavy
-    from slicer.sequence.method import Progress
     from vslice.pipeline import Sliced
 
 
@@ -71,6 +71,8 @@ def command(
     piped = str(grid_file) == "-"
     target = None if is_stdout(out) or (piped and out is None) else out or grid_file.with_suffix(".gcode")
     not_onto_input(grid_file, target)
+    not_onto_profile(profile_name, target)
+    output.check_place(target)
     if port is not None and not send:
         raise click.UsageError("--port goes with --send.")
     if send and target is None:
@@ -86,8 +88,8 @@ def command(
             profile_name,
             overrides,
             search=search,
-            step=step,
-            progress=lambda found: step.detail(_so_far(found)),
+            step=lambda name: _begin(step, name, workers),
+            progress=lambda found: step.detail(so_far(found, "s" if objective == "time" else "mm")),
         )
         step("writing")
         output.write(target, _encoded(sliced.text()))
@@ -105,10 +107,11 @@ def command(
         click.get_current_context().exit(send_file(target, port, sliced.profile, profile_name))
 
 
-def _so_far(found: "Progress") -> str:
-    """The state of a search, short enough for a line."""
-    bound = f", at least {found.lower_bound:.2f}" if found.lower_bound else ""
-    return f"{found.stage}: {found.cost:.2f}{bound}"
+def _begin(step: Steps, name: str, workers: int) -> None:
+    """Tell of a step; and why none of the usual news will come where several processes search."""
+    step(name)
+    if name == "sequencing" and workers > 1:
+        step.detail(f"{workers} processes, which tell nothing before they end")
 
 
 def _rows(sliced: "Sliced") -> dict[str, str]:

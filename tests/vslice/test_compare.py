@@ -1,0 +1,496 @@
+"""``vslice compare``: every cell of its table, its picture, and what it refuses."""
+
+import csv
+import io
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import profiles
+from slicer import sequence, travel
+from slicer.sequence.method import Progress
+from vslice import session, study
+from vslice.instance import load_problem
+from vslice.objective import objective_of
+
+ONE_TILE = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
+REFERENCE = Path(__file__).parents[1] / "data" / "reference"
+HEADS = [
+    "method",
+    "J mean",
+    "J best",
+    "routed",
+    "travel s",
+    "J bound",
+    "J above bound %",
+    "J below greedy %",
+    "nodes",
+    "states",
+    "seconds",
+]
+KEYS = [
+    "method",
+    "travel_mean_mm",
+    "travel_best_mm",
+    "routed_mean_mm",
+    "time_mean_s",
+    "travel_bound_mm",
+    "travel_gap_percent",
+    "travel_below_greedy_percent",
+    "nodes_visited",
+    "states_created",
+    "seconds",
+]
+
+
+def travel_times(plan, motion, machine):
+    """Seconds of every travel of a plan on an XZ machine, by the formulas of a trapezoidal profile."""
+    times = []
+    for k in range(1, len(plan.toolpaths)):
+        way = np.vstack(
+            [
+                plan.toolpaths[k - 1, 1],
+                plan.via[plan.via_start[k] : plan.via_start[k + 1]],
+                plan.toolpaths[k, 0],
+            ]
+        )
+        seconds = whole = 0.0
+        for dx, dz in np.diff(way, axis=0):
+            length = math.hypot(dx, dz)
+            if length < 1e-9:
+                continue
+            share = {0: abs(dx) / length, 2: abs(dz) / length}
+            v = min(
+                [
+                    motion.travel_speed_mm_s,
+                    *(machine.max_speed_mm_s[a] / s for a, s in share.items() if s),
+                ]
+            )
+            acc = min(
+                [
+                    motion.travel_acceleration_mm_s2,
+                    *(machine.max_acceleration_mm_s2[a] / s for a, s in share.items() if s),
+                ]
+            )
+            seconds += 2 * math.sqrt(length / acc) if length < v * v / acc else length / v + v / acc
+            whole += length
+        if whole > motion.retract_from_mm:
+            speed = min(motion.retract_speed_mm_s, machine.max_speed_mm_s[3])
+            seconds += (2 * motion.retract_mm + motion.retract_extra_mm) / speed
+        times.append(seconds)
+    return sum(times)
+
+
+@pytest.fixture(scope="module")
+def expected():
+    """The table of mcts, exact and greedy on 3x3 tiles with two seeds, without ``study``; but no seconds."""
+    problem = load_problem(REFERENCE / "3x3_s1.json", "corner")
+    profile = profiles.load("marlin-generic", ("motion.clearance_mm=0.3",))
+    found = {
+        method: [sequence.solve(problem, method=method, seed=seed, effort="quick") for seed in seeds]
+        for method, seeds in (("mcts", [0, 1]), ("exact", [0]), ("greedy", [0]))
+    }
+    bound = found["exact"][0].lower_bound_mm
+    assert bound == pytest.approx(11.8226, abs=1e-4)  # tests/data/reference/reference.json
+    rows = []
+    for method, results in found.items():
+        plans = [
+            travel.plan(problem.segments, result.order, result.flipped, clearance_mm=0.3)
+            for result in results
+        ]
+        straight = [travel.straight_mm(plan.toolpaths) for plan in plans]
+        mean = sum(straight) / len(straight)
+        rows.append(
+            {
+                "method": method,
+                "travel_mean_mm": mean,
+                "travel_best_mm": min(straight),
+                "routed_mean_mm": sum(plan.routed_mm for plan in plans) / len(plans),
+                "time_mean_s": sum(travel_times(plan, profile.motion, profile.machine) for plan in plans)
+                / len(plans),
+                "travel_bound_mm": bound if method == "exact" else None,
+                "travel_gap_percent": (mean - bound) / bound * 100,
+                "travel_below_greedy_percent": None,
+                "nodes_visited": round(sum(result.nodes_visited for result in results) / len(results)),
+                "states_created": round(sum(result.states_created for result in results) / len(results)),
+            }
+        )
+    greedy_mm = rows[-1]["travel_mean_mm"]
+    for row in rows:
+        row["travel_below_greedy_percent"] = (greedy_mm - row["travel_mean_mm"]) / greedy_mm * 100
+    # A wrong column must not look like another one.
+    assert rows[0]["travel_mean_mm"] > rows[0]["travel_best_mm"] > bound
+    assert rows[0]["routed_mean_mm"] > rows[0]["travel_mean_mm"] + 0.1
+    assert min(row[key] for row in rows for key in ("nodes_visited", "states_created")) > 0
+    return rows
+
+
+def words(out, *more):
+    setting = ["--set", "motion.clearance_mm=0.3"]
+    methods = ["--methods", "mcts,exact,greedy", "--seeds", "2", "--effort", "quick"]
+    return ["compare", REFERENCE / "3x3_s1.json", *methods, *setting, "-o", out, *more]
+
+
+@pytest.mark.parametrize("name", ["table.json", "table.csv", "table.md", "table.MD", "-"])
+def test_every_cell_of_the_table(run, expected, monkeypatch, name):
+    seconds = {}
+
+    def watched(problem, **options):
+        result = solve(problem, **options)
+        if problem.n == 122:
+            seconds.setdefault(options["method"], []).append(result.runtime_s)
+        return result
+
+    solve = sequence.solve
+    monkeypatch.setattr(sequence, "solve", watched)
+    code, out, _ = run(*words(name))
+    assert code == 0
+    # Before them come the parts that load the code, and on so small a sheet one of them is the whole.
+    seconds = {
+        method: np.median(times[-2 if method == "mcts" else -1 :]) for method, times in seconds.items()
+    }
+    text = out if name == "-" else Path(name).read_text()
+    wanted = [{**row, "seconds": seconds[row["method"]]} for row in expected]
+    if name.endswith("json"):
+        got = json.loads(text)
+        assert [list(row) for row in got] == [KEYS] * 3
+        for row, want in zip(got, wanted, strict=True):
+            assert_same(row, want)
+    elif name.endswith("csv"):
+        got = list(csv.DictReader(io.StringIO(text)))
+        assert list(got[0]) == KEYS
+        for row, want in zip(got, wanted, strict=True):
+            read = {
+                key: value if key == "method" else float(value) if value else None
+                for key, value in row.items()
+            }
+            assert_same(read, want)
+    else:
+        head, rule, *lines = text.splitlines()
+        assert [cell.strip() for cell in head.strip("|").split("|")] == HEADS
+        assert rule == "|---" * len(HEADS) + "|"
+        for line, want in zip(lines, wanted, strict=True):
+            assert line == "| " + " | ".join(cell(key, want[key]) for key in KEYS) + " |"
+
+
+def assert_same(row, want):
+    for key in KEYS:
+        if want[key] is None or isinstance(want[key], str):
+            assert row[key] == want[key], key
+        else:
+            assert row[key] == pytest.approx(want[key], rel=1e-9, abs=1e-9), key
+
+
+def cell(key, value):
+    if value is None or isinstance(value, str):
+        return value or ""
+    if key.endswith("_mm"):
+        return f"{value:.4f}"
+    return (
+        str(value)
+        if key in ("nodes_visited", "states_created")
+        else f"{value + 0.0:.2f}".replace("-0.00", "0.00")
+    )
+
+
+def test_greedy_counts_for_the_column_below_it_even_where_it_has_no_row(run, expected):
+    call = words("table.json")
+    call[call.index("mcts,exact,greedy")] = "exact"
+    assert run(*call)[0] == 0
+    (row,) = json.loads(Path("table.json").read_text())
+    assert row["travel_below_greedy_percent"] == pytest.approx(expected[1]["travel_below_greedy_percent"])
+
+
+@pytest.mark.parametrize("objective", ["straight", "routed", "time"])
+def test_methods_that_are_run_once_draw_nothing(objective):
+    problem = load_problem(REFERENCE / "2x2_s1.json", "corner")
+    goal = objective_of(profiles.load("marlin-generic"), objective)
+    listed = study.runs(list(sequence.METHODS), 3, objective)
+    once = [method for method in sequence.METHODS if listed.count((method, 1)) == 0]
+    assert set(once) >= {"greedy", "multistart"}
+    assert len(listed) == len(set(listed)) == 3 * len(sequence.METHODS) - 2 * len(once)
+    for method in once:
+        first, second = (
+            sequence.solve(problem, method=method, seed=seed, effort="quick", objective=goal)
+            for seed in (0, 5)
+        )
+        assert first.order.tolist() == second.order.tolist()
+        assert first.flipped.tolist() == second.flipped.tolist()
+    assert study.runs(["auto"], 2, objective) == [("auto", 0), ("auto", 1), ("greedy", 0)]
+
+
+class Told(session.Steps):
+    """Keeps what it is told."""
+
+    def __init__(self):
+        self.steps, self.details = [], []
+
+    def __call__(self, name):
+        self.steps.append(name)
+
+    def detail(self, text):
+        self.details.append(text)
+
+
+def test_the_bar_has_a_step_for_each_run_and_shows_best_and_bound(run, monkeypatch):
+    told, totals = Told(), []
+
+    class Progressing:
+        def __init__(self, total):
+            totals.append(total)
+
+        def __enter__(self):
+            return told
+
+        def __exit__(self, *_):
+            pass
+
+    monkeypatch.setattr("vslice.commands.compare.progress", Progressing)
+    run("compare", REFERENCE / "2x2_s1.json", "--methods", "exact,local", "--seeds", "3", "--effort", "quick")
+    assert totals == [len(told.steps)] == [6]
+    assert told.steps == [
+        "loading",
+        "exact, seed 0",
+        "local, seed 0",
+        "local, seed 1",
+        "local, seed 2",
+        "greedy, seed 0",
+    ]
+    assert any("5.68 mm, at least 5.6" in text for text in told.details), told.details
+
+
+def test_so_far_names_the_unit():
+    assert session.so_far(Progress("kicks", 12.345, None), "s") == "kicks: 12.35 s"
+    assert session.so_far(Progress("bound", 12.0, 11.0), "mm") == "bound: 12.00 mm, at least 11.00"
+
+
+@pytest.fixture
+def drawn(run, monkeypatch):
+    """Run compare with --plot on 2x2 tiles, and give the axes that it drew and the code and texts."""
+    figures = []
+    draw = study.draw_runs
+    monkeypatch.setattr(study, "draw_runs", lambda *args: figures.append(draw(*args)) or figures[-1])
+
+    def call(*more):
+        ended = run("compare", REFERENCE / "2x2_s1.json", "--effort", "quick", "--plot", "runs.svg", *more)
+        assert ended[0] == 0, ended
+        return figures[-1].axes[0], ended
+
+    return call
+
+
+def test_loading_the_code_counts_for_no_run(drawn, monkeypatch):
+    """The first call of a method, which loads or compiles, is in no curve, however long it takes."""
+    solve, called, lost = sequence.solve, set(), [0.0]
+
+    def slow_at_first(part, **options):
+        if options["method"] not in called:
+            called.add(options["method"])
+            lost[0] += 1e6
+        return solve(part, **options)
+
+    monkeypatch.setattr(sequence, "solve", slow_at_first)
+    monkeypatch.setattr(study, "time", SimpleNamespace(perf_counter=lambda: time.perf_counter() + lost[0]))
+    axes, _ = drawn("--methods", "exact,local", "--seeds", "2")
+    assert called == {"exact", "local", "greedy"}
+    assert len(axes.lines) == 3
+    assert max(line.get_xdata().max() for line in axes.lines) < 1e6
+
+
+def test_the_parts_call_all_that_the_sheet_calls():
+    """After ``warm_up`` a run loads no more compiled code."""
+    script = """
+import sys
+import profiles
+from slicer import sequence
+from vslice import study
+from vslice.instance import load_problem
+from vslice.objective import objective_of
+from pathlib import Path
+
+def loaded():
+    return {
+        (value.__module__, value.__name__, str(signature))
+        for name, module in list(sys.modules.items()) if name.startswith("slicer")
+        for value in vars(module).values() if hasattr(value, "py_func")
+        for signature in value.signatures
+    }
+
+problem = load_problem(Path(sys.argv[1]), "corner")
+profile = profiles.load("marlin-generic")
+methods = ["auto", "mcts"]
+study.warm_up(problem, methods, "straight", profile)
+before = loaded()
+assert len(before) > 20
+study.run_methods(problem, methods, seeds=1, effort="default", objective="straight", profile=profile,
+                  step=study.Steps())
+assert loaded() == before, loaded() - before
+"""
+    subprocess.run([sys.executable, "-c", script, str(REFERENCE / "6x6_s1.json")], check=True)
+
+
+def test_the_picture_shows_what_was_asked_for_and_nothing_else(drawn):
+    axes, _ = drawn("--methods", "exact,local", "--seeds", "2")
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["exact", "local"]
+    assert len(axes.lines) == 3
+    assert "straight" in axes.get_title()
+    assert "2x2_s1.json: 56 toolpaths" in axes.get_title()
+    assert axes.get_ylabel() == "J above the best bound [%]"
+    assert axes.lines[0].get_ydata()[-1] == pytest.approx(0, abs=1e-3)
+    assert b"<svg" in Path("runs.svg").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("objective", "label", "key"),
+    [("routed", "routed travel [mm]", "routed_mean_mm"), ("time", "time of travels [s]", "time_mean_s")],
+)
+def test_the_picture_of_another_objective_is_in_its_own_unit(drawn, objective, label, key):
+    axes, _ = drawn("--methods", "auto", "--seeds", "1", "--objective", objective, "-o", "table.json")
+    assert axes.get_ylabel() == label
+    assert objective in axes.get_title()
+    (row,) = json.loads(Path("table.json").read_text())
+    assert axes.lines[0].get_ydata()[-1] == pytest.approx(row[key])
+
+
+def test_without_a_bound_the_picture_shows_straight_travel(drawn):
+    axes, (_, out, _) = drawn("--methods", "greedy")
+    assert axes.get_ylabel() == "straight travel J [mm]"
+    assert axes.lines[0].get_ydata()[-1] == pytest.approx(8.1652, abs=1e-4)
+    assert [cell.strip() for cell in out.splitlines()[2].split("|")][6:8] == ["", ""]
+
+
+def test_methods_may_have_spaces_and_count_once(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    code, out, _ = run("compare", "sheet.json", "--methods", " greedy, auto,greedy ", "--effort", "quick")
+    assert code == 0
+    assert [line.split("|")[1].strip() for line in out.splitlines()[2:]] == ["greedy", "auto"]
+
+
+def test_compare_takes_a_reference_instance(run):
+    _, out, _ = run("compare", REFERENCE / "2x2_s1.json", "--methods", "greedy,exact", "--seeds", "1")
+    assert "5.6762" in out
+
+
+INPUTS = {"sheet.json": ONE_TILE, "lab.csv": "[machine]\n", "lab.png": "[machine]\n"}
+MISTAKES = [
+    (["-o", "sheet.json"], 2, "sheet.json is the input itself; name another file with -o."),
+    (["-o", "same.json"], 2, "same.json is the input itself; name another file with -o."),
+    (["--plot", "same.png"], 2, "same.png is the input itself; name another file with --plot."),
+    (["-p", "lab.csv", "-o", "lab.csv"], 2, "lab.csv is the input itself; name another file with -o."),
+    (
+        ["-p", "lab.png", "--plot", "lab.png"],
+        2,
+        "lab.png is the input itself; name another file with --plot.",
+    ),
+    (["--plot", "p.xyz"], 2, "p.xyz: a picture must end in .png, .svg or .pdf, not '.xyz'."),
+    (["--plot", "plot"], 2, "plot: a picture must end in .png, .svg or .pdf, not ''."),
+    (["--plot", "nofolder/p.png"], 1, "nofolder/p.png: there is no folder nofolder; make it first."),
+    (["-o", "nofolder/t.md"], 1, "nofolder/t.md: there is no folder nofolder; make it first."),
+    (["-o", "folder.md"], 1, "folder.md is a folder; name a file in it."),
+    (["-o", "t.txt"], 2, "t.txt: a table must end in .csv, .md or .json, not 'txt'."),
+    (["--methods", "atuo"], 2, "There is no method 'atuo'; there are auto, "),
+    (["--methods", "atuo"], 2, "Did you mean 'auto'?"),
+    (["--methods", ""], 2, "There is no method ''"),
+    (["--methods", "auto,,greedy"], 2, "There is no method ''"),
+]
+
+
+@pytest.mark.parametrize(("more", "exit_code", "says"), MISTAKES, ids=[" ".join(m[0]) for m in MISTAKES])
+def test_mistakes_are_told_before_anything_is_solved(run, tmp_path, monkeypatch, more, exit_code, says):
+    for name, text in INPUTS.items():
+        Path(name).write_text(text)
+    Path("same.json").symlink_to("sheet.json")
+    os.link("sheet.json", "same.png")
+    Path("folder.md").mkdir()
+    before = sorted(tmp_path.iterdir())
+    monkeypatch.setattr(sequence, "solve", lambda *_, **__: pytest.fail("the search began"))
+    code, out, err = run("compare", "sheet.json", *more)
+    assert (code, out) == (exit_code, "")
+    assert says in err
+    assert "defect" not in err
+    assert sorted(tmp_path.iterdir()) == before
+    assert {name: Path(name).read_text() for name in INPUTS} == INPUTS
+
+
+def test_table_and_picture_need_a_file_each(run):
+    Path("sheet.json").write_text(ONE_TILE)
+    Path("t.md").write_text("old")
+    Path("t.png").symlink_to("t.md")
+    code, _, err = run("compare", "sheet.json", "-o", "t.md", "--plot", "t.png")
+    assert code == 2
+    assert "t.png is to hold the table; name another file with --plot." in err
+
+
+def instance(**changes):
+    """A reference instance of two toolpaths, one above the other, with changes; None takes a key away."""
+    whole = {"segments": [[[0, 0], [1, 0]], [[0, 1], [1, 1]]], "first": 0} | changes
+    return json.dumps({key: value for key, value in whole.items() if value != "missing"})
+
+
+WRONG = [
+    ({"first": "0"}, 'first is "0", but there are 2 toolpaths; give a whole number from 0 to 1, or null'),
+    ({"first": 0.5}, "first is 0.5, but there are 2 toolpaths; give a whole number from 0 to 1, or null"),
+    ({"first": True}, "first is true, but there are 2 toolpaths; give"),
+    ({"first": [0]}, "first is [0], but there are 2 toolpaths; give"),
+    ({"first": 2}, "first is 2, but there are 2 toolpaths; give a whole number from 0 to 1"),
+    ({"first": -1}, "first is -1, but there are 2 toolpaths; give a whole number from 0 to 1"),
+    ({"first": 1}, "first toolpath 1 lies above toolpath 0, which must be printed before it."),
+    ({"first": "missing"}, "key 'first' is missing; an instance has both, 'first' being the number"),
+    ({"segments": "missing"}, "key 'segments' is missing; an instance has both, 'segments' being"),
+    ({"segments": []}, "segments holds 0 toolpaths, but there must be at least 1"),
+    ({"segments": {}}, "segments is {}; it must be a list, [[[x, y], [x, y]], ...]."),
+    ({"segments": None}, "segments is null; it must be a list"),
+    ({"segments": [1, 2]}, "segments[0] is 1, but a toolpath has 2; write [[x, y], [x, y]]."),
+    ({"segments": [[[0, 0]]]}, "segments[0] holds 1 point, but a toolpath has 2"),
+    ({"segments": [[[0, 0], [1, 1], [2, 2]]]}, "segments[0] holds 3 points, but a toolpath has 2"),
+    ({"segments": [[[0, 0], [1]]]}, "segments[0][1] holds 1 coordinate, but a point has 2; write [x, y]"),
+    ({"segments": [[[0, 0, 0], [1, 1, 1]]]}, "segments[0][0] holds 3 coordinates, but a point has 2"),
+    ({"segments": [[[0, 0], [1, "1"]]]}, 'segments[0][1][1] is "1"; a coordinate must be a number of mm'),
+    ({"segments": [[[0, 0], [1, None]]]}, "segments[0][1][1] is null; a coordinate must be"),
+    ({"segments": [[[True, 0], [1, 0]]]}, "segments[0][0][0] is true; a coordinate must be"),
+    ({"segments": [[[0, 0], [1, math.nan]]]}, "segments[0][1][1] is NaN; a coordinate must be"),
+    ({"segments": [[[0, 0], [1, 2e6]]]}, "segments[0][1][1] is 2000000.0; a coordinate must be a number of mm from -1000000 to 1000000."),
+    ({"segments": [[[0, 0], [10**400, 0]]]}, "segments[0][1][0] is 1000"),
+    ({"segments": [[[0, 0], [1, 1]], [[0, 1], [1, 0]]]}, "toolpath 0 from (0, 0) to (1, 1) mm crosses or overlaps"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "says"), WRONG, ids=[json.dumps(w[0])[:40] for w in WRONG])
+def test_a_wrong_instance_is_told_of_with_its_file(run, changes, says):
+    Path("bad.json").write_text(instance(**changes))
+    code, out, err = run("compare", "bad.json", "--methods", "greedy")
+    assert (code, out) == (2, "")
+    assert err.startswith(f"Error: bad.json: {says}"), err
+    assert "defect" not in err
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[1, 2]", "holds a list of 2, but a grid is an object"),
+        ("{", "this is no JSON"),
+        ("{}", "tile_mm"),
+        ("", "is empty"),
+    ],
+)
+def test_what_is_neither_grid_nor_instance_is_read_as_a_grid(run, text, says):
+    Path("bad.json").write_text(text)
+    code, _, err = run("compare", "bad.json")
+    assert code == 2
+    assert err.startswith("Error: bad.json: ")
+    assert says in err
+
+
+def test_the_start_of_an_instance_is_its_own_or_free(run):
+    Path("good.json").write_text(instance(name="two", first=None))
+    assert run("compare", "good.json", "--methods", "greedy")[0] == 0
+    assert load_problem(REFERENCE / "2x2_s1.json", "corner").first == 0
+    assert load_problem(REFERENCE / "2x2_s1.json", "free").first is None

@@ -1,0 +1,118 @@
+"""A sequencing problem from a file: a grid, or an instance of the reference format.
+
+An instance holds toolpaths instead of tiles, ``{"segments": [[[x, y], [x, y]], ...], "first": index or
+null}``, in mm; other keys are ignored.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slicer import grid
+from slicer.errors import GridError, SlicerError
+from slicer.sequence import Problem
+from vslice.pipeline import hatched, problem_of
+
+LIMIT_MM = 1e6
+"""Coordinates reach as far as those of a grid file."""
+
+
+def load_problem(path: Path, start: str) -> Problem:
+    """The sequencing problem of a grid file or of an instance.
+
+    Args:
+        start: "corner" is the lowest toolpath of the bottom left tile of a grid, at its lower end, and the
+            first toolpath of an instance in either direction; "free" is wherever is best.
+
+    Raises:
+        GridError: the file is neither; one line for each problem.
+        SlicerError: the grid leaves no toolpaths.
+    """
+    data = _json_object(path)
+    if data is None or not ({"segments", "first"} & data.keys()):
+        return problem_of(hatched(grid.read(path)).segments, start)
+    problems = _problems(data)
+    if problems:
+        raise GridError(str(path), problems)
+    try:
+        return Problem.build(
+            np.array(data["segments"], np.float64), first=data["first"] if start == "corner" else None
+        )
+    except SlicerError as error:
+        raise GridError(str(path), [str(error)]) from None
+
+
+def _json_object(path: Path) -> dict[str, Any] | None:
+    """What the file holds, or None where it is no object: the reader of grids says what is wrong with it."""
+    try:
+        if path.stat().st_size > grid.MAX_FILE_BYTES:
+            return None
+        data = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return None
+    return data if isinstance(data, dict) else None
+
+
+def _problems(data: dict[str, Any]) -> list[str]:
+    """A line for each thing that is wrong with an instance."""
+    missing = [
+        f"key '{key}' is missing; an instance has both, {meaning}."
+        for key, meaning in (
+            ("segments", "'segments' being its toolpaths, [[[x, y], [x, y]], ...]"),
+            ("first", "'first' being the number of its first toolpath, or null for a free start"),
+        )
+        if key not in data
+    ]
+    if missing:
+        return missing
+    segments, first = data["segments"], data["first"]
+    if not isinstance(segments, list):
+        return [f"segments is {_shown(segments)}; it must be a list, [[[x, y], [x, y]], ...]."]
+    if not segments:
+        return ["segments holds 0 toolpaths, but there must be at least 1 to be ordered; add toolpaths."]
+    problems = []
+    for k, segment in enumerate(segments):
+        problems += _problems_of_segment(f"segments[{k}]", segment)
+    whole = isinstance(first, int) and not isinstance(first, bool)
+    last = len(segments) - 1
+    if first is not None and not (whole and 0 <= first <= last):
+        problems.append(
+            f"first is {_shown(first)}, but there are {len(segments)} toolpaths; "
+            f"give a whole number from 0 to {last}, or null for a free start."
+        )
+    return problems
+
+
+def _problems_of_segment(name: str, segment: Any) -> list[str]:
+    if not isinstance(segment, list) or len(segment) != 2:
+        return [f"{name} {_count(segment, 'point')}, but a toolpath has 2; write [[x, y], [x, y]]."]
+    problems = []
+    for end, point in enumerate(segment):
+        if not isinstance(point, list) or len(point) != 2:
+            problems.append(
+                f"{name}[{end}] {_count(point, 'coordinate')}, but a point has 2; write [x, y], in mm."
+            )
+            continue
+        for axis, value in enumerate(point):
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not abs(value) <= LIMIT_MM:  # no comparison holds for NaN
+                problems.append(
+                    f"{name}[{end}][{axis}] is {_shown(value)}; "
+                    f"a coordinate must be a number of mm from {-LIMIT_MM:.0f} to {LIMIT_MM:.0f}."
+                )
+    return problems
+
+
+def _count(value: Any, what: str) -> str:
+    """What stands in the place of a list."""
+    if not isinstance(value, list):
+        return f"is {_shown(value)}"
+    return f"holds {len(value)} {what}{'' if len(value) == 1 else 's'}"
+
+
+def _shown(value: Any) -> str:
+    """A value as it stands in the file, cut where it is long."""
+    text = json.dumps(value, ensure_ascii=True)
+    return text if len(text) <= 40 else text[:37] + "..."
