@@ -19,9 +19,9 @@ from slicer.sequence.problem import Problem
 from slicer.sequence.splice import splice
 from slicer.sequence.window import polish
 
-STARTS = 3
+STARTS = 2
 """Sequences that are annealed from the same start with different random numbers."""
-ROUNDS = 8
+ROUNDS = 9
 START_SHARE, ROUND_SHARE, MILD_SHARE = 6, 28, 125
 """Parts of the kicks of ``budget``: that of each start, of each round, and of a round that is mild."""
 REHEAT, MILD = 2.0, 0.3
