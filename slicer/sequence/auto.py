@@ -1,5 +1,7 @@
 """The default method: prove the optimum where the effort allows, else beam, local search and windows in turn.
 
+With high effort, rounds of annealing, windows and splice take the place of the last two, see ``deepen``.
+
 Every stage starts from what the one before it has found and never returns worse. A beam cannot leave the
 corridor that fits into memory, local search cannot see far, windows see all there is but little at a time:
 together they reach what none of them does alone.
@@ -11,6 +13,7 @@ import numpy as np
 
 from slicer.sequence.beam import ARCS_PER_TOOLPATH, beam
 from slicer.sequence.corridor import widest_corridor
+from slicer.sequence.deepen import deepen
 from slicer.sequence.descend import RELATIVE_EPS
 from slicer.sequence.exact import exact
 from slicer.sequence.incumbent import Incumbent
@@ -30,7 +33,6 @@ PROVE_AT_ONCE = 300
 BEAM_UP_TO = {"quick": 1_500, "default": 6_000, "high": 8_000}
 """Toolpaths up to which a beam search over the whole sheet is worth its time."""
 POLISH_UP_TO = 30_000
-ROUNDS = {"quick": 1, "default": 1, "high": 4}
 SETTLE = 60
 """Kicks for each toolpath that bring the start into shape for the beam."""
 REST = 20
@@ -72,8 +74,7 @@ class _Run:
         """Run one stage after the other; whether all of them came to their end."""
         n, effort = self.problem.n, self.options.effort
         enumerable = n <= BEAM_UP_TO[effort] and self.enumerable()
-        kicks = budget(n, effort)
-        heat, windows = HEAT, n <= POLISH_UP_TO
+        kicks, heat, windows = budget(n, effort), HEAT, n <= POLISH_UP_TO
         if enumerable:
             if n > PROVE_AT_ONCE and not self.kick(SETTLE * n, HEAT, 0):
                 return False
@@ -84,20 +85,24 @@ class _Run:
                 return True
             if self.incumbent.cost < settled:
                 # The large structure is right: what is left to do is small.
-                kicks, heat = min(kicks, REST * n * ROUNDS[effort]), MILD
+                kicks, heat = min(kicks, REST * n), MILD
                 windows = windows and effort == "high"
         elif n <= BEAM_UP_TO[effort]:
             kicks //= 2  # steep sheets, whose blocks are long and dear to move
-        for turn in range(1, ROUNDS[effort] + 1):
-            if not self.kick(kicks // ROUNDS[effort], heat, turn):
+        if effort == "high":
+            if not self.deepen(apart=heat == HEAT, windows=windows):
+                return False
+        else:
+            if not self.kick(kicks, heat, 1):
                 return False
             if windows:
                 self.incumbent.offer(polish(self.problem, self.options, self.incumbent.oriented))
                 self.incumbent.report("windows", bounded=False)
-            if self.options.out_of_time():
-                return False
-            heat = MILD
-        if self.bound is None and self.options.objective.name == "straight":
+        if (
+            self.bound is None
+            and self.options.objective.name == "straight"
+            and not self.options.out_of_time()
+        ):
             raise_product_bound(self.problem, self.options, self.incumbent)
             self.bound = self.incumbent.lower_bound or None
         return not self.options.out_of_time()
@@ -114,6 +119,10 @@ class _Run:
         return improve(
             self.problem, self.options, self.near, self.incumbent, kicks=kicks, heat=heat, salt=salt
         )
+
+    def deepen(self, *, apart: bool, windows: bool) -> bool:
+        """Rounds of annealing, windows and splice; False where time ran out."""
+        return deepen(self.problem, self.options, self.near, self.incumbent, apart=apart, windows=windows)
 
     def take(self, method: Method) -> bool:
         """Let a method improve on the incumbent; False where it was stopped."""

@@ -102,6 +102,22 @@ def arc_cost(points: NDArray[np.float64], parameters: NDArray[np.float64], u: in
 
 
 @bare_kernel
+def surely_dearer(
+    points: NDArray[np.float64], parameters: NDArray[np.float64], u: int, v: int, most: float
+) -> bool:
+    """Whether the direct travel from ``u`` to ``v`` costs at least ``most``, as far as that is cheap to tell.
+
+    No travel of length L takes less than L / v, so that no root has to be drawn.
+    """
+    if u < 0 or v < 0:
+        return most <= 0.0
+    if parameters[0] != 0.0:
+        most *= parameters[2]
+    dx, dy = points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1]
+    return most <= 0.0 or dx * dx + dy * dy >= most * most
+
+
+@bare_kernel
 def direct_sum(
     segments: NDArray[np.float64], parameters: NDArray[np.float64], oriented: NDArray[np.int32]
 ) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.cost import arc_cost
+from slicer.sequence.cost import arc_cost, surely_dearer
 from slicer.sequence.exchange import EPS, exchange
 
 Move = tuple[float, int, int, int, int, int]
@@ -32,6 +32,10 @@ def move_back(
     """
     n = order.shape[1] - 2
     i, j = p + 1, q
+    s = order[0, j] >> 1
+    for t in range(links[2 * s], links[2 * s + 1]):
+        if i <= order[1, links[t]] < j:
+            return best  # before anything of the length of A is looked at
     turned = 0.0
     for t in range(i + 1, j):
         turned += cost[1, t]
@@ -47,11 +51,11 @@ def move_back(
         b1 ^= turn_b
         open_gain = fresh + cost[0, k]
         c = order[0, k]
-        if open_gain > best[0]:
+        if not surely_dearer(points, parameters, b1, a0, open_gain - best[0]):
             gain = open_gain - arc_cost(points, parameters, b1, a0) - arc_cost(points, parameters, a1, c)
             if gain > best[0]:
                 best = (gain, i, j, k, 0, turn_b)
-        if open_gain - turned > best[0]:
+        if not surely_dearer(points, parameters, b1, a0 ^ 1, open_gain - turned - best[0]):
             gain = (
                 open_gain
                 - turned
@@ -83,6 +87,10 @@ def move_on(
     A = [i, p], B = [p + 1, q); the mirror image of ``move_back``.
     """
     j, k = p + 1, q
+    s = order[0, p] >> 1
+    for t in range(links[2 * s + 1], links[2 * s + 2]):
+        if j <= order[1, links[t]] < k:
+            return best  # before anything of the length of B is looked at
     turned = 0.0
     for t in range(j + 1, k):
         turned += cost[1, t]
@@ -98,11 +106,11 @@ def move_on(
         a0 ^= turn_a
         open_gain = fresh + cost[0, i]
         x = order[0, i - 1]
-        if open_gain > best[0]:
+        if not surely_dearer(points, parameters, b1, a0, open_gain - best[0]):
             gain = open_gain - arc_cost(points, parameters, x, b0) - arc_cost(points, parameters, b1, a0)
             if gain > best[0]:
                 best = (gain, i, j, k, turn_a, 0)
-        if open_gain - turned > best[0]:
+        if not surely_dearer(points, parameters, b1 ^ 1, a0, open_gain - turned - best[0]):
             gain = (
                 open_gain
                 - turned
@@ -156,7 +164,7 @@ def cut_between(
             fresh -= cost[1, j + 1]
         if need < j:
             continue
-        if fresh + cost[0, j] > best[0]:
+        if not surely_dearer(points, parameters, x, b0 ^ turn_b, fresh + cost[0, j] - best[0]):
             gain = (
                 fresh
                 + cost[0, j]

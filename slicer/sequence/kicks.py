@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.descent import descend, touch
-from slicer.sequence.exchange import exchange, refresh
+from slicer.sequence.exchange import exchange
 
 REACH = 30
 """How many positions apart the blocks of a kick may start, and how long the second may be."""
@@ -87,7 +87,7 @@ def iterate(
     n = order.shape[1] - 2
     if n + 1 - fixed < 2 or high <= low:
         return 0.0
-    back = order[0].copy()
+    back, back_cost = order[0].copy(), cost.copy()
     queue = np.empty(n, np.int32)
     queued = np.zeros(n, np.bool_)
     span = np.empty(2, np.int64)
@@ -118,8 +118,12 @@ def iterate(
             total += gain
             for p in range(span[0], span[1]):
                 back[p] = order[0, p]
+            for p in range(span[0], span[1] + 1):
+                back_cost[0, p], back_cost[1, p] = cost[0, p], cost[1, p]
         else:
             for p in range(span[0], span[1]):
                 order[0, p] = back[p]
-            refresh(points, parameters, order, cost, span[0], span[1])
+                order[1, back[p] >> 1] = p
+            for p in range(span[0], span[1] + 1):
+                cost[0, p], cost[1, p] = back_cost[0, p], back_cost[1, p]
     return total

@@ -5,6 +5,7 @@ to sweep. Long sequences get fewer kicks for each toolpath.
 """
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +72,31 @@ def improve(
         heat: temperature of the first sweep, see ``HEAT``.
         salt: tells apart the random numbers of several calls with one seed.
     """
-    work = tour(problem, options.objective, near, incumbent.oriented)
+    start = incumbent.oriented
+    for oriented in cooled(problem, options, near, start, kicks=kicks, heat=heat, salt=salt):
+        incumbent.offer(oriented)
+        if options.out_of_time():
+            return False
+        incumbent.report("local search")
+    return True
+
+
+def cooled(
+    problem: Problem,
+    options: Options,
+    near: Neighbours,
+    oriented: NDArray[np.int32],
+    *,
+    kicks: int,
+    heat: float,
+    salt: int,
+) -> Iterator[NDArray[np.int32]]:
+    """The sequences (n,) after each sweep of a run that cools down from ``heat`` to nothing.
+
+    Ends early where time runs out. The arguments are those of ``improve``, but for ``oriented``, where the
+    run starts.
+    """
+    work = tour(problem, options.objective, near, oriented)
     state = np.array([np.random.SeedSequence([options.seed, salt]).generate_state(1, np.uint64)[0]])
     scale = heat * _usual(work)
     high = problem.n + 1
@@ -82,11 +107,9 @@ def improve(
         for low, end in itertools.pairwise(bounds):
             iterate(*work, state, kicks // SWEEPS // chunks, int(low), int(end), temperature)
             if options.out_of_time():
-                incumbent.offer(work.oriented)
-                return False
-        incumbent.offer(work.oriented)
-        incumbent.report("local search")
-    return True
+                yield work.oriented
+                return
+        yield work.oriented
 
 
 def _usual(work: Tour) -> float:

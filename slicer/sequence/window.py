@@ -39,6 +39,7 @@ def polish(
     *,
     work: int | None = None,
     length: int = FIRST_LENGTH,
+    settled: set[bytes] | None = None,
 ) -> NDArray[np.int32]:
     """Improve a printable sequence by window search; what comes back costs no more.
 
@@ -48,6 +49,7 @@ def polish(
         oriented: int32 (n,), oriented toolpaths.
         work: the budget, as a ``Ledger`` counts it; None for that of the effort.
         length: toolpaths in a window, at first.
+        settled: windows that hold nothing to gain; those found are added. None where none is known yet.
 
     Returns:
         int32 (n,), oriented toolpaths.
@@ -56,7 +58,7 @@ def polish(
     ledger = Ledger(WORK_PER_TOOLPATH[options.effort] * n if work is None else work)
     best = oriented.copy()
     extent = extents(problem)
-    settled: set[bytes] = set()
+    settled = set() if settled is None else settled
     while n > 1:
         length = min(length, n)
         gained = 0.0

@@ -1,4 +1,4 @@
-"""Several processes at once, each with a seed of its own."""
+"""Several processes at once, each with a seed of its own; what they find is spliced."""
 
 import time
 from collections.abc import Callable
@@ -6,8 +6,10 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 
+from slicer.sequence.descend import RELATIVE_EPS
 from slicer.sequence.method import Found, Options
 from slicer.sequence.problem import Problem
+from slicer.sequence.splice import splice
 from slicer.sequence.true_cost import true_cost
 
 Search = Callable[[Problem, str, Options], Found]
@@ -17,7 +19,9 @@ STRIDE = 1_000_003
 
 
 def run_workers(problem: Problem, search: Search, method: str, options: Options, workers: int) -> Found:
-    """Run ``search`` with ``workers`` seeds, and keep the cheapest sequence and the best bound.
+    """Run ``search`` with ``workers`` seeds, and keep the best bound and the cheapest sequence.
+
+    That is one of theirs or the best crossing of them.
 
     Ctrl-C reaches every process of a terminal: each returns what it has.
     """
@@ -32,9 +36,15 @@ def run_workers(problem: Problem, search: Search, method: str, options: Options,
             found = [run.result() for run in runs]
         except KeyboardInterrupt:
             found = [run.result() for run in runs]
-    best = min(found, key=lambda one: true_cost(problem, options.objective, one.oriented))
     bounds = [one.lower_bound_mm for one in found if one.lower_bound_mm is not None]
-    return replace(
+    sequences = [one.oriented for one in found]
+    costs = [true_cost(problem, options.objective, oriented) for oriented in sequences]
+    best = sequences[costs.index(min(costs))]
+    if min(costs) > max(bounds, default=0.0) * (1 + RELATIVE_EPS):
+        spliced = splice(problem, options.objective, sequences)
+        if true_cost(problem, options.objective, spliced) < min(costs):
+            best = spliced
+    return Found(
         best,
         nodes_visited=sum(one.nodes_visited for one in found),
         states_created=sum(one.states_created for one in found),
