@@ -1,10 +1,11 @@
-"""The default method: prove the optimum where the effort allows, else beam, local search and windows in turn.
+"""The default method: prove the optimum where the effort allows, else one kind of search after the other.
 
-With high effort, rounds of annealing, windows and splice take the place of the last two, see ``deepen``.
+That is beam, local search, tree search and windows. With high effort, rounds of all but the beam take their
+place, see ``deepen``.
 
 Every stage starts from what the one before it has found and never returns worse. A beam cannot leave the
-corridor that fits into memory, local search cannot see far, windows see all there is but little at a time:
-together they reach what none of them does alone.
+corridor that fits into memory, local search cannot see far, trees see a stretch, windows see all there is but
+little at a time: together they reach what none of them does alone.
 """
 
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from slicer.sequence.neighbours import Neighbours, neighbours
 from slicer.sequence.problem import Problem
 from slicer.sequence.product_bound import raise_product_bound
 from slicer.sequence.section import Section
+from slicer.sequence.trees import STRIDE, improve_by_trees
 from slicer.sequence.window import polish
 
 PROVE_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
@@ -37,6 +39,11 @@ SETTLE = 60
 """Kicks for each toolpath that bring the start into shape for the beam."""
 REST = 20
 """Kicks for each toolpath that are left to do after a beam that saw the whole sheet."""
+ROLLOUTS_PER_TOOLPATH = {"quick": 2, "default": 7}
+MOST_ROLLOUTS = {"quick": 50_000, "default": 250_000}
+"""Beyond these a toolpath gets less than that."""
+WINDOW_WORK = {"quick": 1_000, "default": 2_000}
+"""Work of the windows for each toolpath, see ``Ledger``."""
 MILD = 0.3
 """Heat of local search from a beam's sequence, whose large structure is to be kept."""
 
@@ -87,16 +94,17 @@ class _Run:
                 # The large structure is right: what is left to do is small.
                 kicks, heat = min(kicks, REST * n), MILD
                 windows = windows and effort == "high"
-        elif n <= BEAM_UP_TO[effort]:
-            kicks //= 2  # steep sheets, whose blocks are long and dear to move
+        elif effort != "high":
+            kicks //= 2  # trees find more
         if effort == "high":
             if not self.deepen(apart=heat == HEAT, windows=windows):
                 return False
         else:
-            if not self.kick(kicks, heat, 1):
+            if not (self.kick(kicks, heat, 1) and self.trees()):
                 return False
             if windows:
-                self.incumbent.offer(polish(self.problem, self.options, self.incumbent.oriented))
+                work = WINDOW_WORK[effort] * n
+                self.incumbent.offer(polish(self.problem, self.options, self.incumbent.oriented, work=work))
                 self.incumbent.report("windows", bounded=False)
         if (
             self.bound is None
@@ -119,6 +127,22 @@ class _Run:
         return improve(
             self.problem, self.options, self.near, self.incumbent, kicks=kicks, heat=heat, salt=salt
         )
+
+    def trees(self) -> bool:
+        """One pass of tree search; False where time ran out."""
+        n = self.problem.n
+        effort = self.options.effort
+        rollouts = min(ROLLOUTS_PER_TOOLPATH[effort], MOST_ROLLOUTS[effort] / n) * STRIDE
+        improve_by_trees(
+            self.problem,
+            self.options,
+            self.near,
+            self.incumbent,
+            self.incumbent.oriented,
+            rollouts=max(1, int(rollouts)),
+            salt=0,
+        )
+        return not self.options.out_of_time()
 
     def deepen(self, *, apart: bool, windows: bool) -> bool:
         """Rounds of annealing, windows and splice; False where time ran out."""

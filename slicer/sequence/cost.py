@@ -1,17 +1,27 @@
 """What a travel costs: its length, or the seconds that the machine's axes need for it."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.errors import SequenceError
 from slicer.kernels import bare_kernel
+from slicer.sequence.checks import real_number, three_numbers
 
 FORBIDDEN = 1e30
 """Cost of what must not be."""
 
 ObjectiveName = Literal["straight", "routed", "time"]
+
+SMALLEST, LARGEST = 1e-6, 1e9
+"""Bounds of speeds and accelerations, and the largest fixed time. Within them, and with coordinates within
+``problem.REACH_MM``, no cost overflows or comes near ``FORBIDDEN``. Costs that are no numbers must not
+reach the kernels, which sort by them and find cells of a grid with them, and do not check their indices.
+"""
+FARTHEST_MM = 1e5
+"""Largest clearance: as far as coordinates reach."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +36,10 @@ class Objective:
         acceleration_mm_s2: travel acceleration, and the limits of the sheet's x and y axis.
         fixed_s: time of retraction or of the valve, for each travel longer than ``fixed_from_mm``.
         fixed_from_mm: see ``fixed_s``.
+
+    Raises:
+        SequenceError: there is no such objective; or a number is none, or outside its bounds. Speeds are
+            finite; an acceleration may be infinite, for a machine that needs no time to speed up.
     """
 
     name: ObjectiveName = "straight"
@@ -34,6 +48,32 @@ class Objective:
     acceleration_mm_s2: tuple[float, float, float] = (np.inf, np.inf, np.inf)
     fixed_s: float = 0.0
     fixed_from_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        names = get_args(ObjectiveName)
+        if not isinstance(self.name, str) or self.name not in names:
+            raise SequenceError(f"there is no objective '{self.name}'; there are {', '.join(names)}")
+        clean = {
+            "clearance_mm": real_number(
+                "clearance_mm", self.clearance_mm, "Give 0 for no clearance.", 0.0, FARTHEST_MM
+            ),
+            "speed_mm_s": three_numbers(
+                "speed_mm_s", self.speed_mm_s, "Give the limits of the machine.", SMALLEST, LARGEST
+            ),
+            "acceleration_mm_s2": three_numbers(
+                "acceleration_mm_s2",
+                self.acceleration_mm_s2,
+                "Give the limits of the machine, or inf for no limit.",
+                SMALLEST,
+                np.inf,
+            ),
+            "fixed_s": real_number("fixed_s", self.fixed_s, "Give 0 for no fixed time.", 0.0, LARGEST),
+            "fixed_from_mm": real_number(
+                "fixed_from_mm", self.fixed_from_mm, "Give 0 for every travel.", 0.0, np.inf
+            ),
+        }
+        for field, value in clean.items():
+            object.__setattr__(self, field, value)
 
     @property
     def routed(self) -> bool:

@@ -1,9 +1,9 @@
 """What ``high`` adds where nothing is proved: annealing from several seeds, windows, and splice.
 
-A cooled run of kicks and descent sees far but misses details, windows see all details of little; both end in
-optima that differ from seed to seed, in one place for the better and in another for the worse. Splice takes
-the best section of each. So a few sequences are annealed and polished apart from each other; then rounds
-heat the best one again, and splice keeps of that what has become better.
+A cooled run of kicks and descent sees far but misses details, trees see a stretch, windows see all details of
+little; all end in optima that differ from seed to seed, in one place for the better and in another for the
+worse. Splice takes the best section of each. So a few sequences are annealed and polished apart from each
+other; then rounds heat the best one again, and splice keeps of that what has become better.
 """
 
 from collections import deque
@@ -17,16 +17,21 @@ from slicer.sequence.method import Options
 from slicer.sequence.neighbours import Neighbours
 from slicer.sequence.problem import Problem
 from slicer.sequence.splice import splice
+from slicer.sequence.trees import STRIDE, improve_by_trees
 from slicer.sequence.window import polish
 
-STARTS = 2
+STARTS = 3
 """Sequences that are annealed from the same start with different random numbers."""
-ROUNDS = 9
+ROUNDS = 5
 START_SHARE, ROUND_SHARE, MILD_SHARE = 6, 28, 125
 """Parts of the kicks of ``budget``: that of each start, of each round, and of a round that is mild."""
 REHEAT, MILD = 2.0, 0.3
 """Heat of the rounds, see ``HEAT``; mild where the large structure is to be kept."""
-START_WORK, ROUND_WORK = 20_000, 6_000
+START_ROLLOUTS, ROUND_ROLLOUTS = 100, 30
+"""Rollouts of each tree in a start and in a round."""
+MOST_ROLLOUTS = 600_000
+"""A toolpath of a large sheet gets no more of these than its part."""
+START_WORK, ROUND_WORK = 3_000, 2_000
 """Work of the windows for each toolpath, see ``Ledger``, in each start and each round."""
 POOL = 8
 """How many of the latest sequences splice may cross."""
@@ -53,6 +58,13 @@ class Deepening:
             self._incumbent.offer(oriented)
             self._incumbent.report("annealing", bounded=False)
         return oriented
+
+    def trees(self, oriented: NDArray[np.int32], rollouts: int, salt: int) -> NDArray[np.int32]:
+        """A pass of tree search over a sequence."""
+        rollouts = max(1, min(rollouts, STRIDE * MOST_ROLLOUTS // self._problem.n))
+        return improve_by_trees(
+            self._problem, self._options, self._near, self._incumbent, oriented, rollouts=rollouts, salt=salt
+        )
 
     def polish(self, oriented: NDArray[np.int32], work: int) -> NDArray[np.int32]:
         """Windows over a sequence."""
@@ -99,11 +111,13 @@ def deepen(
     starts, share, heat = (STARTS, ROUND_SHARE, REHEAT) if apart else (0, MILD_SHARE, MILD)
     for salt in range(1, starts + 1):
         found = run.anneal(start, kicks // START_SHARE, HEAT, salt)
+        found = run.trees(found, START_ROLLOUTS, salt)
         run.splice(run.polish(found, START_WORK))
         if options.out_of_time():
             return False
     for salt in range(starts + 1, starts + ROUNDS + 1):
-        run.splice(run.anneal(incumbent.oriented, kicks // share, heat, salt))
+        found = run.anneal(incumbent.oriented, kicks // share, heat, salt)
+        run.splice(run.trees(found, ROUND_ROLLOUTS, salt))
         run.polish(incumbent.oriented, ROUND_WORK)
         if options.out_of_time():
             return False

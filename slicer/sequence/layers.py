@@ -146,6 +146,7 @@ def expand(
     count = len(blocks.state_start) - 1
     index(pool, 0)
     size, generated, dropped = 0, 0, np.inf
+    highest = cut  # what lies between ``cut`` and this is of interest, but there is no room for it
     old = np.empty(count)
     printed = np.empty(len(blocks.column_size), np.int32)
     passed = np.empty(count + 1)  # the change of the estimate if the blocks before k come to lie to the left
@@ -197,6 +198,8 @@ def expand(
                             pool = grown(pool, size)
                         key = layer.key[i] ^ scrambled(path + 1)
                         size = offer(pool, size, key, 2 * path + f, i, cost, cost + estimate)
+                    elif cost + estimate <= highest:
+                        dropped = min(dropped, cost + estimate)
         if size > 4 * width:
             least, cut = keep_best(pool, size, width)
             size, dropped = width, min(dropped, least)

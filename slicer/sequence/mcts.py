@@ -24,21 +24,15 @@ import numpy as np
 from slicer.sequence.directions import directed
 from slicer.sequence.method import Found, Options
 from slicer.sequence.problem import Problem
-from slicer.sequence.rollouts import HORIZON, search
 from slicer.sequence.start import Start, set_out, settle
+from slicer.sequence.trees import grow, tree_count
 
 ROLLOUTS_PER_TOOLPATH = {"quick": 10, "default": 35, "high": 300}
 MOST_ROLLOUTS = {"quick": 50_000, "default": 300_000, "high": 1_500_000}
 """Beyond these a toolpath gets less than that."""
 FEWEST = {"quick": 2_000, "default": 10_000, "high": 50_000}
-STRIDE = 10
-"""How many toolpaths are committed to before the next tree."""
 ROLLOUTS = 100
 """The most rollouts of a tree."""
-ROOTS = 10
-"""How many trees pass between two looks at the clock."""
-REPORT_EVERY = 20
-"""So many looks at the clock pass between two reports within a pass."""
 
 
 def mcts(problem: Problem, options: Options) -> Found:
@@ -75,17 +69,7 @@ def _passes(start: Start, options: Options, counts: list[int]) -> bool:
     incumbent.report("local optimum", bounded=False)
     effort = options.effort
     total = max(FEWEST[effort], min(ROLLOUTS_PER_TOOLPATH[effort] * n, MOST_ROLLOUTS[effort]))
-    roots = range(work.fixed, n + 1, STRIDE)
-    passes = max(1, round(total / (ROLLOUTS * max(1, len(roots)))))
-    rollouts = max(1, min(ROLLOUTS, total // (passes * max(1, len(roots)))))
-    for _ in range(passes):
-        for k in range(0, len(roots), ROOTS):
-            some = roots[k : k + ROOTS]
-            counts[1] += search(*work, state, some[0], some[-1] + 1, STRIDE, rollouts)
-            counts[0] += sum(min(HORIZON, n + 1 - root) for root in some) * rollouts
-            if options.out_of_time():
-                return False
-            if (k // ROOTS + 1) % REPORT_EVERY == 0 or k + ROOTS >= len(roots):
-                incumbent.offer(work.oriented)
-                incumbent.report("tree search", bounded=False)
-    return True
+    trees = tree_count(work)
+    passes = max(1, round(total / (ROLLOUTS * trees)))
+    rollouts = max(1, min(ROLLOUTS, total // (passes * trees)))
+    return all(grow(work, state, options, incumbent, rollouts, counts) for _ in range(passes))

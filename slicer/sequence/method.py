@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.checks import whole_number
 from slicer.sequence.cost import Objective
 from slicer.sequence.problem import Problem
 
@@ -42,6 +43,9 @@ class Options:
         deadline: ``time.perf_counter()`` value at which a method stops early; None for no limit.
         initial: int32 (n,), oriented toolpaths; a printable sequence that a method may improve on.
         progress: called now and then, never from a compiled kernel.
+
+    Raises:
+        SequenceError: the seed is no whole number, or negative.
     """
 
     effort: str = "default"
@@ -50,6 +54,9 @@ class Options:
     deadline: float | None = None
     initial: NDArray[np.int32] | None = None
     progress: Callable[[Progress], None] | None = None
+
+    def __post_init__(self) -> None:
+        whole_number("seed", self.seed, "Give 0 or any larger one.", 0)
 
     def out_of_time(self) -> bool:
         """Whether the deadline has passed."""

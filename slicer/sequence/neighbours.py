@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.errors import SequenceError
 from slicer.kernels import kernel
 from slicer.sequence.comparability import realizer
 from slicer.sequence.cost import Objective, direct_cost
@@ -12,6 +13,10 @@ from slicer.sequence.problem import Problem
 
 COUNT = 10
 NONE = -1
+DEAREST = 3e5
+"""What a travel may cost, mm or s. Local search takes a gain above ``exchange.EPS`` for real, and would go on
+for ever where rounding alone feigns such gains.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +38,9 @@ def neighbours(problem: Problem, objective: Objective | None = None, count: int 
     A toolpath can directly follow u unless it lies below u, or above it with another one in between. For
     machines whose axes differ in speed, "near" is measured by what a travel of about the distance between
     toolpaths costs along each axis.
+
+    Raises:
+        SequenceError: a travel across the sheet costs more than ``DEAREST``.
     """
     points = problem.segments.reshape(-1, 2)
     near = points.copy()
@@ -40,6 +48,13 @@ def neighbours(problem: Problem, objective: Objective | None = None, count: int 
         extent = np.ptp(points, axis=0)
         pitch = float(np.sqrt(max(extent.prod(), extent.max() ** 2 * 1e-3, 1e-12) / len(points)))
         parameters = (objective or Objective()).parameters()
+        across = direct_cost(parameters, *extent)
+        if not across <= DEAREST:
+            raise SequenceError(
+                f"a travel across this sheet of {extent[0]:g} x {extent[1]:g} mm costs {across:g} "
+                f"{'s' if parameters[0] else 'mm'}, but must not cost more than {DEAREST:g}. Look at the "
+                "speeds, accelerations and fixed time of the machine, and at the units of the sheet."
+            )
         near *= [direct_cost(parameters, pitch, 0.0) / pitch, direct_cost(parameters, 0.0, pitch) / pitch]
     ranks = realizer(problem)
     after = _nearest(near, ranks, problem.succ_start, problem.succ, count, False)

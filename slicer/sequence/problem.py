@@ -7,6 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from slicer import precedence
 from slicer.errors import SequenceError
+from slicer.sequence.checks import truth, whole_number
+
+REACH_MM = 1e5
+"""Coordinates lie within this: 100 m away, floats are still much finer than ``precedence.EPS_MM``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +50,17 @@ class Problem:
 
         Raises:
             CrossingError: two toolpaths cross.
-            SequenceError: the segments have another shape, or ``first`` cannot be printed first.
+            SequenceError: the segments have another shape, or reach beyond ``REACH_MM``; ``first`` is no
+                toolpath, or cannot be printed first; ``first_flipped`` is no truth value.
+            SlicerError: a coordinate is not finite.
         """
-        lines = np.ascontiguousarray(segments, np.float64)
-        if lines.size == 0:
-            lines = lines.reshape(0, 2, 2)
-        if lines.ndim != 3 or lines.shape[1:] != (2, 2):
-            raise SequenceError(f"segments have shape {lines.shape}, but must have (n, 2, 2): [endpoint, xy]")
+        lines = _lines(segments)
+        if first is not None:
+            first = whole_number(
+                "first toolpath", first, "Give the index of a toolpath, or None to leave the start free."
+            )
+        if first_flipped is not None:
+            first_flipped = truth("first_flipped", first_flipped, "Give None to leave the direction free.")
         edges = precedence.covering_edges(lines)
         n = len(lines)
         pred_start, pred = _compressed(edges[:, 1], edges[:, 0], n)
@@ -115,6 +123,28 @@ class Problem:
             low, high = self.edges[broken[0]]
             return f"toolpath {low} lies below {high} but comes after it ({len(broken)} such pairs)"
         return None
+
+
+def _lines(segments: ArrayLike) -> NDArray[np.float64]:
+    """The segments as C-contiguous float64 (n, 2, 2), if that is what they are."""
+    try:
+        lines = np.ascontiguousarray(segments, np.float64)
+    except (TypeError, ValueError) as why:
+        raise SequenceError(
+            f"segments cannot be read as numbers of shape (n, 2, 2), [endpoint, xy]: {why}"
+        ) from why
+    if lines.size == 0:
+        lines = lines.reshape(0, 2, 2)
+    if lines.ndim != 3 or lines.shape[1:] != (2, 2):
+        raise SequenceError(f"segments have shape {lines.shape}, but must have (n, 2, 2): [endpoint, xy]")
+    far = np.isfinite(lines) & (np.abs(lines) > REACH_MM)
+    if far.any():
+        toolpath, end, axis = np.argwhere(far)[0]
+        raise SequenceError(
+            f"toolpath {toolpath} reaches {'xy'[axis]} = {lines[toolpath, end, axis]:g} mm, but coordinates "
+            f"must lie within {REACH_MM:g} mm of the origin. Give them in mm, and move the sheet nearer."
+        )
+    return lines
 
 
 def _compressed(

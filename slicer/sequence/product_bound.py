@@ -26,7 +26,7 @@ from slicer.sequence.section import NONE, Section
 FIRST_STEP = 0.2
 USUAL_GAP = 0.06
 """The optimum is hardly further above the first bounds than this; sequences of large sheets may be."""
-MOST_DOWN_SETS = 20_000
+MOST_DOWN_SETS = 6_000
 """A column with more has too many for a bound."""
 MOST_ARCS = 20_000_000_000
 """Travels looked at in one step, beyond which there is no bound; at 1.6 ns each."""

@@ -5,6 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+RELATIVE_EPS, ABSOLUTE_EPS_MM = 1e-9, 1e-12
+"""Rounding between a travel and its bound. A sheet may be a thousandth of a millimetre wide: what tells two
+sequences apart grows and shrinks with it, and the absolute part is for travels of nothing.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Result:
@@ -41,7 +46,9 @@ class Result:
     @property
     def proved(self) -> bool:
         """Whether the travel is known to be the least possible."""
-        return self.lower_bound_mm is not None and self.travel_mm <= self.lower_bound_mm + 1e-6
+        if self.lower_bound_mm is None:
+            return False
+        return self.travel_mm - self.lower_bound_mm <= RELATIVE_EPS * self.travel_mm + ABSOLUTE_EPS_MM
 
     def summary(self) -> str:
         """One line for people: the travel, what is known of the optimum, and the effort."""

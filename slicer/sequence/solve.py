@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +11,7 @@ from slicer.errors import SequenceError
 from slicer.sequence.aco import aco
 from slicer.sequence.auto import PROVE_UP_TO, auto
 from slicer.sequence.beam import beam
+from slicer.sequence.checks import real_number, whole_number
 from slicer.sequence.cost import Objective, ObjectiveName
 from slicer.sequence.directions import directed
 from slicer.sequence.exact import exact
@@ -179,24 +179,18 @@ def _at_least_initial(problem: Problem, found: Found, options: Options) -> Found
 
 
 def _goal(objective: ObjectiveName | Objective) -> Objective:
-    if isinstance(objective, Objective):
-        return objective
-    if objective not in get_args(ObjectiveName):
-        raise SequenceError(
-            f"there is no objective '{objective}'; there are {', '.join(get_args(ObjectiveName))}"
-        )
-    return Objective(objective)
+    return objective if isinstance(objective, Objective) else Objective(objective)
 
 
 def _check(method: str, effort: str, time_limit_s: float | None, workers: int) -> None:
-    if method not in METHODS:
+    """Refuse what is not worth beginning; ``Options`` looks at the seed."""
+    if not isinstance(method, str) or method not in METHODS:
         raise SequenceError(f"there is no method '{method}'; there are {', '.join(METHODS)}")
-    if effort not in EFFORTS:
+    if not isinstance(effort, str) or effort not in EFFORTS:
         raise SequenceError(f"there is no effort '{effort}'; there are {', '.join(EFFORTS)}")
-    if time_limit_s is not None and not time_limit_s >= 0:
-        raise SequenceError(f"time_limit_s {time_limit_s:g} must be at least 0")
-    if workers < 1:
-        raise SequenceError(f"workers {workers} must be at least 1")
+    if time_limit_s is not None:
+        real_number("time_limit_s", time_limit_s, "Give seconds, or None for no limit.", 0.0, np.inf)
+    whole_number("workers", workers, "Give the number of processes, 1 for this one alone.", 1)
 
 
 def _given(problem: Problem, initial: Initial, objective: Objective) -> NDArray[np.int32]:

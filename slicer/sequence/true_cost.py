@@ -17,6 +17,8 @@ def true_cost(problem: Problem, objective: Objective, oriented: NDArray[np.int32
     """
     if problem.n == 0:
         return 0.0
+    if oriented.min() < 0 or oriented.max() >= 2 * problem.n:  # compiled code would read what is not there
+        raise AssertionError(f"a sequence of {problem.n} toolpaths holds one that does not exist")
     if not objective.routed:
         return direct_sum(problem.segments, objective.parameters(), oriented)
     return _routed_sum(problem.segments, objective.parameters(), oriented)

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from exhaustive import least_cost
 from numpy.typing import NDArray
 
 from slicer import grid
 from slicer.hatch import hatch
 from slicer.sequence import Problem
-from slicer.sequence.cost import Objective, direct_cost
+from slicer.sequence.cost import Objective
 
 Sheet = Callable[..., NDArray[np.float64]]
 Optimum = Callable[..., float]
@@ -19,7 +20,7 @@ Optimum = Callable[..., float]
 
 @pytest.fixture(scope="session")
 def sheet() -> Sheet:
-    """Segments of a random sheet of all tilts, with null tiles and uprights; at most so many toolpaths."""
+    """Segments of a random sheet of all tilts, with null tiles, uprights and outlines; at most so many."""
 
     def build(seed: int, most: int, least: int = 1) -> NDArray[np.float64]:
         random = np.random.default_rng(seed)
@@ -33,44 +34,38 @@ def sheet() -> Sheet:
             spacing = float(tile * random.uniform(0.35, 0.9))
             if all(a is None for row in angles for a in row):
                 continue
-            text = json.dumps({"tile_mm": tile, "spacing_mm": spacing, "angles_deg": angles})
-            segments = hatch(grid.loads(text)).segments
+            described = {"tile_mm": tile, "spacing_mm": spacing, "angles_deg": angles}
+            if random.random() < 0.4:
+                described["outline_mm"] = [_outline(random, cols * tile, rows * tile)]
+            segments = hatch(grid.loads(json.dumps(described))).segments
             if least <= len(segments) <= most:
                 return segments
 
     return build
 
 
+def _outline(random: np.random.Generator, width: float, height: float) -> list[list[list[float]]]:
+    """A ring about the sheet with its corners pushed in, and now and then a hole in it."""
+    corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    inset = random.uniform(0.0, 0.3, (4, 2))
+    ring = [(abs(x - dx), abs(y - dy)) for (x, y), (dx, dy) in zip(corners, inset, strict=True)]
+    rings = [ring]
+    if random.random() < 0.5:
+        x, y = random.uniform(0.4, 0.5, 2)
+        rings.append([(x, y), (x + 0.1, y), (x + 0.05, y + 0.15)])
+    return [[[float(x * width), float(y * height)] for x, y in points] for points in rings]
+
+
 @pytest.fixture(scope="session")
 def optimum() -> Optimum:
-    """The least direct cost over all linear extensions and directions, by exhaustive dynamic programming.
+    """The least direct cost of a problem by brute force; see ``exhaustive.least_cost``.
 
-    The last toolpath may be given; the precedence is taken from the problem, the columns are not used.
+    Of the problem it takes the toolpaths and the start alone: neither precedence nor columns.
     """
 
     def search(problem: Problem, objective: Objective | None = None, last: int | None = None) -> float:
-        parameters = (objective or Objective()).parameters()
-        n, segments = problem.n, problem.segments
-        under = [
-            sum(1 << int(p) for p in problem.pred[problem.pred_start[s] : problem.pred_start[s + 1]])
-            for s in range(n)
-        ]
-        layer = {(1 << (int(u) >> 1), int(u)): 0.0 for u in problem.starts}
-        for _ in range(n - 1):
-            following: dict[tuple[int, int], float] = {}
-            for (printed, u), cost in layer.items():
-                end = segments[u >> 1, 1 - (u & 1)]
-                for s in range(n):
-                    if printed >> s & 1 or under[s] & ~printed:
-                        continue
-                    for f in range(2):
-                        dx, dy = segments[s, f] - end
-                        total = cost + direct_cost(parameters, float(dx), float(dy))
-                        node = (printed | 1 << s, 2 * s + f)
-                        if total < following.get(node, np.inf):
-                            following[node] = total
-            layer = following
-        return min((cost for (_, u), cost in layer.items() if last in (None, u)), default=np.inf)
+        start = {"first": problem.first, "first_flipped": problem.first_flipped}
+        return least_cost(objective or Objective(), problem.segments, **start, last=last, skyline=False)
 
     return search
 

@@ -14,7 +14,7 @@ from slicer.sequence.method import Options
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 10**6), free=st.booleans(), effort=st.sampled_from(["quick", "default"]))
-def test_printable_bounded_and_no_worse_than_its_start(sheet, seed, free, effort):
+def test_printable_and_no_worse_than_its_start(sheet, seed, free, effort):
     segments = sheet(seed, 60)
     problem = Problem.build(segments, first=None if free else 0)
     initial = greedy(problem, Options()).oriented
@@ -23,7 +23,6 @@ def test_printable_bounded_and_no_worse_than_its_start(sheet, seed, free, effort
     assert problem.refusal(found.oriented >> 1) is None
     assert found.oriented[0] in problem.starts
     assert travel <= problem.travel_mm(initial >> 1, initial & 1)
-    assert found.lower_bound_mm is None or found.lower_bound_mm <= travel + 1e-9
 
 
 def test_a_corridor_improves_on_its_start_without_a_bound(monkeypatch):

@@ -34,7 +34,6 @@ def test_equals_brute_force(sheet, optimum, seed, free, flipped):
     assert flipped in (None, result.flipped[0])
     assert result.travel_mm == pytest.approx(optimum(problem), abs=1e-9)
     assert result.proved
-    assert result.lower_bound_mm <= result.travel_mm + 1e-9
 
 
 @pytest.mark.parametrize(

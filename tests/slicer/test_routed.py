@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from exhaustive import least_cost
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -41,29 +42,6 @@ def printable(problem: Problem, seed: int) -> np.ndarray:
     return np.array(sequence, np.int32)
 
 
-def brute_force(problem: Problem, objective: Objective) -> float:
-    """The least cost over all printable sequences; what is ahead depends on the printed set alone."""
-    under = [
-        sum(1 << int(p) for p in problem.pred[problem.pred_start[s] : problem.pred_start[s + 1]])
-        for s in range(problem.n)
-    ]
-    layer = {(1 << (int(u) >> 1), int(u)): (0.0, [int(u)]) for u in problem.starts}
-    for _ in range(problem.n - 1):
-        following: dict[tuple[int, int], tuple[float, list[int]]] = {}
-        for (printed, _), (_, sequence) in layer.items():
-            for s in range(problem.n):
-                if printed >> s & 1 or under[s] & ~printed:
-                    continue
-                for v in (2 * s, 2 * s + 1):
-                    longer = [*sequence, v]
-                    cost = true_cost(problem, objective, np.array(longer, np.int32))
-                    node = (printed | 1 << s, v)
-                    if node not in following or cost < following[node][0]:
-                        following[node] = cost, longer
-        layer = following
-    return min(cost for cost, _ in layer.values())
-
-
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 10**6), clearance=st.sampled_from([0.0, 0.3]))
 def test_three_ways_to_cost_a_sequence_agree(sheet, seed, clearance):
@@ -96,15 +74,22 @@ def test_a_window_costs_what_its_part_of_the_sequence_does(sheet, seed, data):
 
 
 @settings(max_examples=40, deadline=None)
-@given(seed=st.integers(0, 10**6), free=st.booleans(), objective=st.sampled_from([ROUTED, TIME]))
-def test_exact_and_a_window_over_everything_equal_brute_force(sheet, seed, free, objective):
-    problem = Problem.build(sheet(seed, 6), first=None if free else 0)
+@given(
+    seed=st.integers(0, 10**6),
+    free=st.booleans(),
+    flipped=st.sampled_from([None, False, True]),
+    objective=st.sampled_from([ROUTED, TIME]),
+)
+def test_exact_and_a_window_over_everything_equal_brute_force(sheet, seed, free, flipped, objective):
+    segments = sheet(seed, 7)
+    problem = Problem.build(segments, first=None if free else 0, first_flipped=flipped)
     options = Options(objective=objective)
-    best = brute_force(problem, objective)
+    best = least_cost(objective, segments, first=problem.first, first_flipped=flipped)
     found = exact(problem, options)
     assert true_cost(problem, objective, found.oriented) == pytest.approx(best, abs=1e-7)
+    assert flipped in (None, bool(found.oriented[0] & 1))
     assert found.lower_bound_mm is None
-    polished = polish(problem, options, greedy(problem, options).oriented, length=6)
+    polished = polish(problem, options, greedy(problem, options).oriented, length=7)
     assert true_cost(problem, objective, polished) == pytest.approx(best, abs=1e-7)
 
 

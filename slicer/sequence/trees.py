@@ -1,0 +1,80 @@
+"""Passes of tree search over a sequence: a tree behind every few toolpaths, see ``mcts``."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.exchange import Tour, tour
+from slicer.sequence.incumbent import Incumbent
+from slicer.sequence.method import Options
+from slicer.sequence.neighbours import Neighbours
+from slicer.sequence.problem import Problem
+from slicer.sequence.rollouts import HORIZON, search
+
+STRIDE = 10
+"""How many toolpaths are committed to before the next tree."""
+TREES = 10
+"""How many trees pass between two looks at the clock."""
+REPORT_EVERY = 20
+"""So many looks at the clock pass between two reports within a pass."""
+
+
+def tree_count(work: Tour) -> int:
+    """How many trees a pass over a tour takes."""
+    return max(1, -(-(int(work.order.shape[1]) - 1 - work.fixed) // STRIDE))
+
+
+def grow(
+    work: Tour,
+    state: NDArray[np.uint64],
+    options: Options,
+    incumbent: Incumbent,
+    rollouts: int,
+    counts: list[int] | None = None,
+) -> bool:
+    """One pass over a tour, in place; False where time ran out.
+
+    Args:
+        work: a tour, which becomes no dearer.
+        state: uint64 (1,), for ``draw``.
+        options: for the deadline.
+        incumbent: is offered what is found, and told.
+        rollouts: how many each tree gets.
+        counts: two numbers that are added to: toolpaths put in order, and states created.
+    """
+    n = work.order.shape[1] - 2
+    roots = range(work.fixed, n + 1, STRIDE)
+    looks = range(0, len(roots), TREES)
+    for look, k in enumerate(looks):
+        some = roots[k : k + TREES]
+        states = search(*work, state, some[0], some[-1] + 1, STRIDE, rollouts)
+        if counts is not None:
+            counts[0] += sum(min(HORIZON, n + 1 - root) for root in some) * rollouts
+            counts[1] += states
+        ended = options.out_of_time()
+        if ended or (look + 1) % REPORT_EVERY == 0 or look == len(looks) - 1:
+            incumbent.offer(work.oriented)
+        if ended:
+            return False
+        if (look + 1) % REPORT_EVERY == 0 or look == len(looks) - 1:
+            incumbent.report("tree search", bounded=False)
+    return True
+
+
+def improve_by_trees(
+    problem: Problem,
+    options: Options,
+    near: Neighbours,
+    incumbent: Incumbent,
+    oriented: NDArray[np.int32],
+    *,
+    rollouts: int,
+    salt: int,
+) -> NDArray[np.int32]:
+    """One pass from a sequence (n,) on, which is offered to the incumbent; what comes back costs no more.
+
+    ``salt`` tells apart the random numbers of several calls with one seed.
+    """
+    work = tour(problem, options.objective, near, oriented)
+    state = np.array([np.random.SeedSequence([options.seed, 2, salt]).generate_state(1, np.uint64)[0]])
+    grow(work, state, options, incumbent, rollouts)
+    return work.oriented
