@@ -15,7 +15,6 @@ import numpy as np
 from slicer.sequence.beam import ARCS_PER_TOOLPATH, beam
 from slicer.sequence.corridor import widest_corridor
 from slicer.sequence.deepen import deepen
-from slicer.sequence.descend import RELATIVE_EPS
 from slicer.sequence.exact import exact
 from slicer.sequence.incumbent import Incumbent
 from slicer.sequence.levels import level_start
@@ -39,7 +38,7 @@ SETTLE = 60
 """Kicks for each toolpath that bring the start into shape for the beam."""
 REST = 20
 """Kicks for each toolpath that are left to do after a beam that saw the whole sheet."""
-ROLLOUTS_PER_TOOLPATH = {"quick": 2, "default": 7}
+ROLLOUTS_PER_TOOLPATH = {"quick": 2, "default": 6}
 MOST_ROLLOUTS = {"quick": 50_000, "default": 250_000}
 """Beyond these a toolpath gets less than that."""
 WINDOW_WORK = {"quick": 1_000, "default": 2_000}
@@ -75,6 +74,7 @@ class _Run:
     nodes: int = 0
     states: int = 0
     bound: float | None = None
+    proved: bool = False
     stopped: bool = False
 
     def stages(self) -> bool:
@@ -88,7 +88,7 @@ class _Run:
             settled = self.incumbent.cost
             if not self.take(exact if n <= PROVE_UP_TO[effort] else beam):
                 return False
-            if self.bound is not None and self.incumbent.cost <= self.bound * (1 + RELATIVE_EPS):
+            if self.proved:
                 return True
             if self.incumbent.cost < settled:
                 # The large structure is right: what is left to do is small.
@@ -156,4 +156,5 @@ class _Run:
         self.states += found.states_created
         if found.lower_bound_mm is not None:
             self.bound = max(self.bound or 0.0, found.lower_bound_mm)
+        self.proved = found.proved
         return not found.stopped

@@ -56,6 +56,7 @@ def beam(problem: Problem, options: Options) -> Found:
         ledger.generated,
         incumbent.lower_bound if options.objective.name == "straight" and complete else None,
         stopped,
+        incumbent.proved,
     )
 
 

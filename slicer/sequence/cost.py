@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from slicer.errors import SequenceError
 from slicer.kernels import bare_kernel
 from slicer.sequence.checks import real_number, three_numbers
+from slicer.skyline import EPS_MM
 
 FORBIDDEN = 1e30
 """Cost of what must not be."""
@@ -104,8 +105,10 @@ def leg_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     of path and axes: speed up with a, hold v, slow down with a; 2·√(L/a) where v is never reached.
     """
     length = float(np.sqrt(dx * dx + dy * dy))
-    if parameters[0] == 0.0 or length == 0.0:
+    if parameters[0] == 0.0:
         return length
+    if length <= EPS_MM:  # rounding; the root of even 1e-16 mm would be time
+        return 0.0
     ux, uy = abs(dx) / length, abs(dy) / length
     v, a = parameters[2], parameters[5]
     if ux > 0.0:
@@ -121,7 +124,7 @@ def leg_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
 def direct_cost(parameters: NDArray[np.float64], dx: float, dy: float) -> float:
     """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included."""
     cost = leg_cost(parameters, dx, dy)
-    if parameters[8] > 0.0 and dx * dx + dy * dy > parameters[9] * parameters[9]:
+    if parameters[8] > 0.0 and dx * dx + dy * dy > max(parameters[9], EPS_MM) ** 2:
         cost += parameters[8]
     return cost
 

@@ -53,6 +53,7 @@ def exact(problem: Problem, options: Options) -> Found:
         ledger.generated,
         incumbent.lower_bound if bounds_travel else None,
         stopped,
+        incumbent.proved,
     )
 
 

@@ -76,6 +76,7 @@ class Found:
         nodes_visited, states_created: see ``Result``.
         lower_bound_mm: a proven lower bound on straight travel, or None.
         stopped: whether the deadline or Ctrl-C ended it before its effort was spent.
+        proved: whether no sequence has a lower direct cost by the objective.
     """
 
     oriented: NDArray[np.int32]
@@ -83,6 +84,7 @@ class Found:
     states_created: int = 0
     lower_bound_mm: float | None = None
     stopped: bool = False
+    proved: bool = False
 
 
 Method = Callable[[Problem, Options], Found]
