@@ -107,8 +107,9 @@ def test_a_framed_line_arrives_with_its_own_checksum(number, text):
     command = clean(text)
     if not command or "M110" in command:
         return
-    content, _, check = kept(frame(number, command)[:-1] + b" " * 0).rpartition(b"*")
-    if len(content) < 90:
+    line = frame(number, command)[:-1]
+    if len(line) < 90:  # what is longer than the printer's buffer is cut
+        content, _, check = kept(line).rpartition(b"*")
         assert int(check) == checksum(content)
 
 

@@ -182,7 +182,7 @@ def test_descent_of_a_whole_sequence_looks_at_the_clock(reference, monkeypatch):
 def test_tree_search_looks_at_the_clock_within_a_pass(reference, monkeypatch):
     problem, _ = reference("10x10_s1")
     given = solve(problem, method="greedy")
-    slices = counted(monkeypatch, module("mcts"), "search")
+    slices = counted(monkeypatch, module("trees"), "search")
     monkeypatch.setattr(Options, "out_of_time", Clock(2))
     result = solve(problem, method="mcts", initial=given)
     assert result.stopped
