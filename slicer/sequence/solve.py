@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -133,7 +134,7 @@ def solve(
 def _search(problem: Problem, method: str, options: Options) -> Found:
     """Run a method, see that nothing worse than ``options.initial`` comes back, and tell how it ended.
 
-    Ctrl-C before a method has anything gives the initial sequence, or the first that greedy finds.
+    Ctrl-C before a method has anything gives the initial sequence, or one that greedy finds.
     """
     try:
         if options.objective.routed and problem.n > 1:
@@ -149,7 +150,9 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
             found = METHODS[method](problem, options)
     except KeyboardInterrupt:
         start = options.initial
-        found = Found(next(climbs(problem, options)).oriented if start is None else start, stopped=True)
+        if start is None:  # both directions of the first start at least
+            start = min(islice(climbs(problem, options), 2), key=lambda run: run.travel_mm).oriented
+        found = Found(start, stopped=True)
     found = _at_least_initial(problem, found, options)
     if options.progress is not None:
         bound = None if options.objective.routed else found.lower_bound_mm

@@ -155,9 +155,7 @@ def test_every_cell_of_the_table(run, expected, monkeypatch, name):
     code, out, _ = run(*words(name))
     assert code == 0
     # Before them come the parts that load the code, and on so small a sheet one of them is the whole.
-    seconds = {
-        method: np.median(times[-2 if method == "aco" else -1 :]) for method, times in seconds.items()
-    }
+    seconds = {method: np.median(times[-2 if method == "aco" else -1 :]) for method, times in seconds.items()}
     text = out if name == "-" else Path(name).read_text()
     wanted = [{**row, "seconds": seconds[row["method"]]} for row in expected]
     if name.endswith("json"):
