@@ -43,8 +43,11 @@ def peer(**settings):
     try:
         yield process, process.stdout.readline().strip()
     finally:
-        process.kill()
-        process.communicate()
+        try:
+            process.communicate(timeout=5)  # closes its input: it tidies up and ends
+        except (subprocess.TimeoutExpired, BrokenPipeError):
+            process.kill()
+            process.communicate()
 
 
 def send(port, on_progress=None, feed="F9000", **settings):

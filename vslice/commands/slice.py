@@ -24,6 +24,7 @@ from vslice.options import (
 from vslice.session import Steps, common, progress, say, so_far
 
 if TYPE_CHECKING:  # it imports all that is heavy
+    from slicer.sequence import Result
     from vslice.pipeline import Sliced
 
 
@@ -124,14 +125,11 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     saved = 1 - plan.straight_mm / before if before else 0.0
     result = sliced.result
     early = ", ended early" if result.stopped else ""
-    known = "" if result.method == "greedy" else "  (no bound: too large a sheet, or too steep)"
-    if result.lower_bound_mm is not None:
-        known = "  (the least possible)" if result.proved else f"  (at least {result.lower_bound_mm:.3f})"
     time_of_travel = {"travel time": f"{result.cost:.1f} s"} if result.objective == "time" else {}
     return {
         "toolpaths": f"{len(plan.toolpaths)}{dropped}",
         "printed length": f"{plan.printed_mm:.1f} mm",
-        "straight travel J": f"{plan.straight_mm:.3f} mm{known}",
+        "straight travel J": f"{plan.straight_mm:.3f} mm{_known(result)}",
         "routed travel": f"{plan.routed_mm:.3f} mm",
         **time_of_travel,
         "material": f"{made.material_ul:.1f} µL{feed}, {made.material_ul / room:.0%} of the room for it",
@@ -155,3 +153,14 @@ def _encoded(lines: Iterator[str]) -> Iterator[bytes]:
 def _table(rows: Mapping[str, str]) -> str:
     width = max(map(len, rows))
     return "\n".join(f"{name:<{width}}  {value}" for name, value in rows.items())
+
+
+def _known(result: "Result") -> str:
+    """What is known of the least straight travel, for people."""
+    if result.proved:
+        return "  (the least possible)"
+    if result.lower_bound_mm is not None:
+        return f"  (at least {result.lower_bound_mm:.3f})"
+    if result.method in ("auto", "beam", "exact") and not result.stopped:
+        return "  (no bound: columns too steep, or too many toolpaths in one)"
+    return ""

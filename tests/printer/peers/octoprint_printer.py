@@ -7,6 +7,7 @@ is printed first. Each line on stdin is a debug command of that printer; ``hangu
 
 import json
 import os
+import shutil
 import sys
 import tempfile
 import threading
@@ -66,9 +67,10 @@ def main():
     def control():
         for line in sys.stdin:
             if line.strip() == "hangup":
-                os._exit(0)  # both ends close: the host sees an I/O error
+                break  # both ends close: the host sees an I/O error
             printer.write(b"!!DEBUG:" + line.strip().encode() + b"\n")
-        os._exit(0)  # the test has ended
+        shutil.rmtree(folder, ignore_errors=True)
+        os._exit(0)  # so does the test's end
 
     for work in (answer, control):
         threading.Thread(target=work, daemon=True).start()
