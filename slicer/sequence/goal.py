@@ -7,7 +7,7 @@ another one. Where little time is given, the goal's own kind comes first.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,16 +19,25 @@ from slicer.sequence.method import Found, Method, Options, Progress
 from slicer.sequence.problem import Problem
 from slicer.sequence.refine import refine
 from slicer.sequence.true_cost import true_cost
+from slicer.sequence.window import polish
 
 STAND_INS: tuple[ObjectiveName, ...] = ("straight", "time")
 """Objectives that do not need the skyline, or are taken without it."""
 SKYLINE_GOALS: tuple[ObjectiveName, ...] = ("routed", "time")
+WINDOW_WORK = {"quick": 1_000, "default": 5_000, "high": 15_000}
+"""Work of the windows for each toolpath, see ``Ledger``."""
 FIRST_SHARE = 0.5
 """Of a time limit, what the first search may take, so that something is left to refine what it finds."""
 
 
 def search_by_stand_ins(
-    problem: Problem, method: Method, carrying: Method | None, options: Options, *, refined: bool
+    problem: Problem,
+    method: Method,
+    carrying: Method | None,
+    options: Options,
+    *,
+    refined: bool,
+    windows: bool,
 ) -> Found:
     """Serve a routed objective.
 
@@ -38,6 +47,7 @@ def search_by_stand_ins(
         carrying: a method that knows in each state what is printed, to be run in the end; or None.
         options: whose objective is routed.
         refined: whether what is found is refined; otherwise the method finds the same by either kind.
+        windows: whether windows, which carry the skyline, go over it before and after.
     """
     own: ObjectiveName = "time" if options.objective.name == "time" else "straight"
     stand_ins: list[ObjectiveName] = [own]
@@ -58,8 +68,9 @@ def search_by_stand_ins(
             best.offer(one.oriented)
             for goal in SKYLINE_GOALS if refined else ():
                 aim = replace(options, objective=replace(options.objective, name=goal), progress=None)
-                best.offer(refine(problem, aim, one.oriented))
-                best.report("true travels")
+                for better in _refined(problem, aim, one.oriented, windows=windows):
+                    best.offer(better)
+                    best.report("true travels")
             stopped = one.stopped or options.out_of_time()
             if stopped:
                 break
@@ -81,6 +92,22 @@ def search_by_stand_ins(
         max(bounds, default=None),
         stopped or options.out_of_time(),
     )
+
+
+def _refined(
+    problem: Problem, options: Options, oriented: NDArray[np.int32], *, windows: bool
+) -> Iterator[NDArray[np.int32]]:
+    """A sequence improved by the true cost of its travels, step by step.
+
+    Windows find what exchanges do not and the other way round: on ihc_8x8 exchanges alone end at 35.5 s of
+    travel, with windows after them at 33.0, before them at 32.6, and before and after at 31.9.
+    """
+    work = WINDOW_WORK[options.effort] * problem.n
+    if windows:
+        yield (oriented := polish(problem, options, oriented, work=work))
+    yield (oriented := refine(problem, options, oriented))
+    if windows:
+        yield polish(problem, options, oriented, work=work)
 
 
 class _Best:

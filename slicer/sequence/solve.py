@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SequenceError
 from slicer.sequence.aco import aco
-from slicer.sequence.auto import PROVE_UP_TO, auto
+from slicer.sequence.auto import POLISH_UP_TO, PROVE_UP_TO, auto
 from slicer.sequence.beam import beam
 from slicer.sequence.checks import real_number, whole_number
 from slicer.sequence.cost import Objective, ObjectiveName
@@ -145,6 +145,7 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
                 None if carrying is None else METHODS[carrying],
                 options,
                 refined=method not in ("greedy", "multistart"),
+                windows=method == "auto" and carrying is None and problem.n <= POLISH_UP_TO,
             )
         else:
             found = METHODS[method](problem, options)

@@ -55,7 +55,7 @@ def test_when_time_is_short_the_own_kind_comes_first(objective, own):
     start = solve(problem, method="greedy")
     oriented = (2 * start.order + start.flipped).astype(np.int32)
     options = Options(objective=objective, initial=oriented, deadline=float("inf"))
-    found = goal.search_by_stand_ins(problem, method, None, options, refined=True)
+    found = goal.search_by_stand_ins(problem, method, None, options, refined=True, windows=False)
     assert aimed == [own]
     assert found.stopped
     # What the stopped search has found is refined all the same.
@@ -70,7 +70,7 @@ def test_what_every_search_counts_is_added_up(monkeypatch):
     start = solve(problem, method="greedy")
     oriented = (2 * start.order + start.flipped).astype(np.int32)
     options = Options(objective=GOALS[0], initial=oriented, effort="quick")
-    found = goal.search_by_stand_ins(problem, method, method, options, refined=True)
+    found = goal.search_by_stand_ins(problem, method, method, options, refined=True, windows=False)
     assert (found.nodes_visited, found.states_created) == (30, 300)
     greedy = solve(problem, method="greedy", objective=GOALS[0])
     assert greedy.nodes_visited == start.nodes_visited == problem.n
