@@ -13,10 +13,8 @@ import numpy as np
 from slicer import grid
 from slicer.errors import GridError, SlicerError
 from slicer.sequence import Problem
+from slicer.sequence.problem import REACH_MM
 from vslice.pipeline import hatched, problem_of
-
-LIMIT_MM = 1e6
-"""Coordinates reach as far as those of a grid file."""
 
 
 def load_problem(path: Path, start: str) -> Problem:
@@ -97,10 +95,10 @@ def _problems_of_segment(name: str, segment: Any) -> list[str]:
             continue
         for axis, value in enumerate(point):
             number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not number or not abs(value) <= LIMIT_MM:  # no comparison holds for NaN
+            if not number or not abs(value) <= REACH_MM:  # no comparison holds for NaN
                 problems.append(
                     f"{name}[{end}][{axis}] is {_shown(value)}; "
-                    f"a coordinate must be a number of mm from {-LIMIT_MM:.0f} to {LIMIT_MM:.0f}."
+                    f"a coordinate must be a number of mm from {-REACH_MM:.0f} to {REACH_MM:.0f}."
                 )
     return problems
 

@@ -36,6 +36,8 @@ def table_one(seeds: int) -> str:
             result = sequence.solve(
                 problem_of(hatch(random_walk(tiles, tiles, seed=seed)).segments, "corner"), method="greedy"
             )
+            if result.stopped:
+                raise KeyboardInterrupt
             rows.append((result.nodes_visited, result.states_created, result.travel_mm))
         ours = np.array(rows)
         for k, (name, figure) in enumerate(zip(NAMES, figures, strict=True)):

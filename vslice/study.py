@@ -140,6 +140,8 @@ def run_methods(
             objective=objective_of(profile, objective),
             progress=watch,
         )
+        if result.stopped:
+            raise KeyboardInterrupt  # the method has answered it, but half a run belongs in no table
         trace.points.append((result.runtime_s, result.cost))
         found.setdefault(method, []).append(result)
         measured.setdefault(method, []).append(_measured(problem, result, profile))

@@ -60,7 +60,10 @@ def auto(problem: Problem, options: Options) -> Found:
         run.stopped = not run.stages()
     except KeyboardInterrupt:
         run.stopped = True
-    return Found(run.incumbent.oriented, run.nodes, run.states, run.bound, run.stopped)
+    bound = run.bound
+    if bound is None and options.objective.name == "straight":
+        bound = run.incumbent.lower_bound or None  # told before Ctrl-C came
+    return Found(run.incumbent.oriented, run.nodes, run.states, bound, run.stopped, run.proved)
 
 
 @dataclass(eq=False)
@@ -112,7 +115,6 @@ class _Run:
             and not self.options.out_of_time()
         ):
             raise_product_bound(self.problem, self.options, self.incumbent)
-            self.bound = self.incumbent.lower_bound or None
         return not self.options.out_of_time()
 
     def enumerable(self) -> bool:
@@ -156,5 +158,6 @@ class _Run:
         self.states += found.states_created
         if found.lower_bound_mm is not None:
             self.bound = max(self.bound or 0.0, found.lower_bound_mm)
+            self.incumbent.raise_bound(self.bound)
         self.proved = found.proved
         return not found.stopped

@@ -79,6 +79,8 @@ def down_sets(section: Section, limit: int, guide: NDArray[np.int32] | None = No
 
 def all_down_sets(section: Section, limit: int) -> DownSets | None:
     """All down-sets of each column, or None where one column has more than ``limit``."""
+    if section.n and np.bincount(section.column).max() >= limit:  # a chain has one more than toolpaths
+        return None
     return _down_sets(section, limit, None, (UNLIMITED,))
 
 

@@ -1,7 +1,8 @@
 """Objectives that depend on what is printed at each moment, served by methods that do not look at it.
 
-What a travel costs over the skyline depends on all that was printed before. Methods see the straight travel
-instead, once by its length and once by its time; what they find is refined by the true cost of either kind.
+What a travel costs over the skyline depends on all that was printed before. Greedy, kicks, trees and ants see
+the straight travel instead, once by its length and once by its time; what they find is refined by the true
+cost of either kind. (Exact, beam and windows carry the skyline when they work for time.)
 All of these are candidates whatever the goal, so that no objective is served worse than by optimising
 another one. Where little time is given, the goal's own kind comes first.
 """
@@ -56,7 +57,7 @@ def search_by_stand_ins(
     start = options.initial if options.initial is not None else next(climbs(problem, options)).oriented
     best = _Best(problem, options, start)
     found: list[Found] = []
-    stopped = False
+    stopped = proved = False
     try:
         for name in stand_ins:
             inner = replace(options, objective=replace(options.objective, name=name))
@@ -66,15 +67,18 @@ def search_by_stand_ins(
             one = method(problem, replace(inner, progress=best.listener(name)))
             found.append(one)
             best.offer(one.oriented)
+            if one.stopped and (inner.deadline is None or time.perf_counter() < inner.deadline):
+                raise KeyboardInterrupt  # which the method has answered
             for goal in SKYLINE_GOALS if refined else ():
                 aim = replace(options, objective=replace(options.objective, name=goal), progress=None)
                 for better in _refined(problem, aim, one.oriented, windows=windows):
                     best.offer(better)
                     best.report("true travels")
             stopped = one.stopped or options.out_of_time()
+            proved = proved or (one.proved and name == options.objective.name)
             if stopped:
                 break
-        if carrying is not None and not stopped:
+        if carrying is not None and not stopped and not proved:
             # States know what is printed, so these methods see the true cost of every travel.
             last = replace(
                 options.starting_from(best.oriented), progress=best.listener(options.objective.name)

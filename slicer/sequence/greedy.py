@@ -6,6 +6,7 @@ endpoint (section 4, "Toolpath Generation Approach").
 """
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -74,6 +75,11 @@ def climbs(problem: Problem, options: Options) -> Iterator[Climb]:
             problem.segments, problem.pred_start, problem.succ_start, problem.succ, int(start), NONE
         )
         yield Climb(problem.travel_mm(oriented >> 1, oriented & 1), oriented, states)
+
+
+def climbed(problem: Problem, options: Options) -> NDArray[np.int32]:
+    """The sequence of the first start, in the better direction: what there is when nothing else is."""
+    return min(islice(climbs(problem, options), 2), key=lambda run: run.travel_mm).oriented
 
 
 @kernel

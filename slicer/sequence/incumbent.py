@@ -52,7 +52,7 @@ class Incumbent:
     def report(self, stage: str, *, bounded: bool = True) -> None:
         """Say how things stand, if anyone listens."""
         if self._options.progress is not None:
-            bound = self.lower_bound if bounded else None
+            bound = (self.lower_bound or None) if bounded else None
             self._options.progress(Progress(stage, self.cost, bound, self.oriented))
 
 

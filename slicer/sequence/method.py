@@ -56,7 +56,8 @@ class Options:
     progress: Callable[[Progress], None] | None = None
 
     def __post_init__(self) -> None:
-        whole_number("seed", self.seed, "Give 0 or any larger one.", 0)
+        seed = whole_number("seed", self.seed, "Give 0 or any larger one.", 0)
+        object.__setattr__(self, "seed", seed)  # numbers of numpy overflow where seeds are added to
 
     def out_of_time(self) -> bool:
         """Whether the deadline has passed."""
@@ -76,7 +77,7 @@ class Found:
         nodes_visited, states_created: see ``Result``.
         lower_bound_mm: a proven lower bound on straight travel, or None.
         stopped: whether the deadline or Ctrl-C ended it before its effort was spent.
-        proved: whether no sequence has a lower direct cost by the objective.
+        proved: whether no sequence costs less by the objective.
     """
 
     oriented: NDArray[np.int32]

@@ -28,30 +28,50 @@ USUAL_GAP = 0.06
 """The optimum is hardly further above the first bounds than this; sequences of large sheets may be."""
 MOST_DOWN_SETS = 6_000
 """A column with more has too many for a bound."""
-MOST_ARCS = 20_000_000_000
-"""Travels looked at in one step, beyond which there is no bound; at 1.6 ns each."""
-ARCS = {"quick": 200_000_000, "default": 2_500_000_000, "high": 60_000_000_000}
-"""Travels looked at in all steps, of which there is at least one."""
+MOST_VALUES = 60_000_000
+"""Values of the states of two columns, at 8 bytes; more count as too many as well."""
+ARCS = {"quick": 200_000_000, "default": 2_500_000_000, "high": 20_000_000_000}
+"""Travels looked at in all steps, at about 1.6 ns each."""
+STRETCH = 4
+"""The one step that there is at least may look at so many times as many travels."""
 MOST_STEPS = 60
+RELATIVE_EPS = 1e-9
 
 
 def raise_product_bound(problem: Problem, options: Options, incumbent: Incumbent) -> None:
     """Raise the incumbent's bound on straight travel by as many steps as the effort allows.
 
-    Where a column has too many down-sets the bound stays as it is, and the progress says so.
+    Where there can be none the bound stays as it is, and the progress says why.
     """
     section = Section.whole(problem, options.objective)
-    sets = all_down_sets(section, MOST_DOWN_SETS) if section.columns > 1 else None
-    arcs = 0 if sets is None else extent(sets, np.arange(section.columns, dtype=np.int32))[1]
-    if sets is None or arcs > MOST_ARCS:
-        incumbent.report("columns with too many down-sets for a bound", bounded=False)
-        return
+    if section.columns < 2:
+        return incumbent.report("a single column, no bound", bounded=False)
+    sets = all_down_sets(section, MOST_DOWN_SETS)
+    if sets is None or max(_room(sets)) > MOST_VALUES:
+        return incumbent.report("columns with too many down-sets for a bound", bounded=False)
+    arcs = extent(sets, np.arange(section.columns, dtype=np.int32))[1]
+    if arcs > STRETCH * ARCS[options.effort]:
+        return incumbent.report("a sheet too large for a bound with this effort", bounded=False)
     bound = ProductBound(section, sets)
     for _ in range(max(1, min(MOST_STEPS, ARCS[options.effort] // arcs))):
-        if not bound.improve(incumbent.cost, options.out_of_time):
-            return
+        if incumbent.proved or not bound.improve(incumbent.cost, options.out_of_time):
+            return None
+        if bound.bound > incumbent.cost * (1 + RELATIVE_EPS):
+            raise AssertionError(f"a bound of {bound.bound} mm is above a sequence of {incumbent.cost} mm")
         incumbent.raise_bound(bound.bound)
         incumbent.report("bound")
+    return None
+
+
+def _room(sets: DownSets) -> tuple[int, int, int]:
+    """The most values that two columns have: outside, at ends in the left one, and in the right one."""
+    count, tops = sets.count.tolist(), (2 * np.diff(sets.top_start[sets.start])).tolist()
+    pairs = list(pairwise(zip(count, tops, strict=True)))
+    return (
+        max(2 * a * b for (a, _), (b, _) in pairs),
+        max(s * b for (_, s), (b, _) in pairs),
+        max(a * t for (a, _), (_, t) in pairs),
+    )
 
 
 class ProductBound:
@@ -90,12 +110,7 @@ class ProductBound:
         self.inner = (oriented > 0) & (oriented < columns - 1)
         self._starts = [self._first_step(2 * int(number[u >> 1]) + (int(u) & 1)) for u in section.starts]
         self._count, self._tops = np.diff(sets.start), 2 * np.diff(sets.top_start[sets.start])
-        pairs = list(pairwise(zip(self._count.tolist(), self._tops.tolist(), strict=True)))
-        self._room = (
-            np.empty(max(2 * a * b for (a, _), (b, _) in pairs)),
-            np.empty(max(s * b for (_, s), (b, _) in pairs)),
-            np.empty(max(a * t for (a, _), (_, t) in pairs)),
-        )
+        self._room = tuple(np.empty(size) for size in _room(sets))
         self.bound = -np.inf
         self.price = _first_prices(begin, point) * self.inner
         self._best = self.price
@@ -104,7 +119,10 @@ class ProductBound:
         self._step, self._stale = FIRST_STEP, 0
 
     def improve(self, target: float, out_of_time: Callable[[], bool]) -> bool:
-        """One step of the ascent towards ``target``, a cost that some sequence has; False if time ran out."""
+        """One step of the ascent towards ``target``, a cost that some sequence has.
+
+        False if time ran out before its end, or if there is nowhere to go from where it has come to.
+        """
         slope = np.zeros_like(self.price)
         bound = self.evaluate(slope, out_of_time)
         if bound is None:
@@ -119,10 +137,10 @@ class ProductBound:
                 return True
         self._direction = MOMENTUM * self._direction + (1 - MOMENTUM) * slope * self.inner
         norm = float((self._direction**2).sum())
-        if norm > 0.0:
-            gap = min(target - bound, USUAL_GAP * bound)
-            length = self._step * (1 - MOMENTUM) * gap / norm
-            self.price = self.price + length * self._direction
+        if norm == 0.0:
+            return False
+        gap = min(target - bound, USUAL_GAP * target)
+        self.price = self.price + self._step * (1 - MOMENTUM) * gap / norm * self._direction
         return True
 
     def evaluate(self, slope: NDArray[np.float64], out_of_time: Callable[[], bool]) -> float | None:

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +16,7 @@ from slicer.sequence.cost import Objective, ObjectiveName
 from slicer.sequence.directions import directed
 from slicer.sequence.exact import exact
 from slicer.sequence.goal import search_by_stand_ins
-from slicer.sequence.greedy import climbs, greedy
+from slicer.sequence.greedy import climbed, greedy
 from slicer.sequence.local import local
 from slicer.sequence.mcts import mcts
 from slicer.sequence.method import EFFORTS, Found, Method, Options, Progress
@@ -97,7 +96,7 @@ def solve(
         effort=effort,
         seed=seed,
         objective=goal,
-        deadline=None if time_limit_s is None else begin + time_limit_s,
+        deadline=None if time_limit_s is None else begin + float(time_limit_s),
         initial=given,
         progress=progress,
     )
@@ -123,7 +122,7 @@ def solve(
         nodes_visited=found.nodes_visited,
         states_created=found.states_created,
         method=method,
-        seed=seed,
+        seed=options.seed,
         runtime_s=time.perf_counter() - begin,
         objective=goal.name,
         cost=true_cost(problem, goal, found.oriented),
@@ -151,9 +150,7 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
             found = METHODS[method](problem, options)
     except KeyboardInterrupt:
         start = options.initial
-        if start is None:  # both directions of the first start at least
-            start = min(islice(climbs(problem, options), 2), key=lambda run: run.travel_mm).oriented
-        found = Found(start, stopped=True)
+        found = Found(climbed(problem, options) if start is None else start, stopped=True)
     found = _at_least_initial(problem, found, options)
     if options.progress is not None:
         bound = None if options.objective.routed else found.lower_bound_mm

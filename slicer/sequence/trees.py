@@ -44,20 +44,21 @@ def grow(
     n = work.order.shape[1] - 2
     roots = range(work.fixed, n + 1, STRIDE)
     looks = range(0, len(roots), TREES)
-    for look, k in enumerate(looks):
-        some = roots[k : k + TREES]
-        states = search(*work, state, some[0], some[-1] + 1, STRIDE, rollouts)
-        if counts is not None:
-            counts[0] += sum(min(HORIZON, n + 1 - root) for root in some) * rollouts
-            counts[1] += states
-        ended = options.out_of_time()
-        if ended or (look + 1) % REPORT_EVERY == 0 or look == len(looks) - 1:
-            incumbent.offer(work.oriented)
-        if ended:
-            return False
-        if (look + 1) % REPORT_EVERY == 0 or look == len(looks) - 1:
-            incumbent.report("tree search", bounded=False)
-    return True
+    try:
+        for look, k in enumerate(looks):
+            some = roots[k : k + TREES]
+            states = search(*work, state, some[0], some[-1] + 1, STRIDE, rollouts)
+            if counts is not None:
+                counts[0] += sum(min(HORIZON, n + 1 - root) for root in some) * rollouts
+                counts[1] += states
+            if options.out_of_time():
+                return False
+            if (look + 1) % REPORT_EVERY == 0 or look == len(looks) - 1:
+                incumbent.offer(work.oriented)
+                incumbent.report("tree search", bounded=False)
+        return True
+    finally:  # Ctrl-C comes between two kernels
+        incumbent.offer(work.oriented)
 
 
 def improve_by_trees(
@@ -70,9 +71,9 @@ def improve_by_trees(
     rollouts: int,
     salt: int,
 ) -> NDArray[np.int32]:
-    """One pass from a sequence (n,) on, which is offered to the incumbent; what comes back costs no more.
+    """One pass from a sequence (n,) on, which is offered to the incumbent.
 
-    ``salt`` tells apart the random numbers of several calls with one seed.
+    What comes back costs no more by direct travels.     ``salt`` tells apart the random numbers of several calls with one seed.
     """
     work = tour(problem, options.objective, near, oriented)
     state = np.array([np.random.SeedSequence([options.seed, 2, salt]).generate_state(1, np.uint64)[0]])

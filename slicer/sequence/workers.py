@@ -16,7 +16,7 @@ from types import FrameType
 
 from slicer.errors import SequenceError
 from slicer.sequence.descend import RELATIVE_EPS
-from slicer.sequence.greedy import greedy
+from slicer.sequence.greedy import climbed
 from slicer.sequence.method import Found, Options
 from slicer.sequence.problem import Problem
 from slicer.sequence.splice import splice
@@ -72,16 +72,19 @@ def run_workers(problem: Problem, search: Search, method: str, options: Options,
     have = [one for one in found if one is not None]
     if not have:
         start = options.initial
-        return Found(greedy(problem, options).oriented if start is None else start, stopped=True)
+        return Found(climbed(problem, options) if start is None else start, stopped=True)
     bounds = [one.lower_bound_mm for one in have if one.lower_bound_mm is not None]
     sequences = [one.oriented for one in have]
     costs = [true_cost(problem, options.objective, oriented) for oriented in sequences]
     best = sequences[costs.index(min(costs))]
     bound = max(bounds, default=0.0) if options.objective.name == "straight" else 0.0
     if min(costs) > bound * (1 + RELATIVE_EPS):
-        spliced = splice(problem, options.objective, sequences)
-        if true_cost(problem, options.objective, spliced) < min(costs):
-            best = spliced
+        try:
+            spliced = splice(problem, options.objective, sequences)
+            if true_cost(problem, options.objective, spliced) < min(costs):
+                best = spliced
+        except KeyboardInterrupt:
+            interrupted = True
     return Found(
         best,
         nodes_visited=sum(one.nodes_visited for one in have),

@@ -102,13 +102,61 @@ def test_steps_raise_the_bound():
 
 def test_a_large_sheet_is_bounded_as_far_as_the_effort_goes(monkeypatch):
     problem = walk(9, 9, 1)
-    known = solve(problem, effort="high").lower_bound_mm
+    proved = solve(problem, effort="high")
+    assert proved.proved
+    known = proved.lower_bound_mm
     monkeypatch.setitem(auto.BEAM_UP_TO, "quick", 100)
     heard: list[Progress] = []
     result = solve(problem, effort="quick", progress=heard.append)
     assert 0.9 * known < result.lower_bound_mm <= known + 1e-9
     assert heard[-1].lower_bound == pytest.approx(result.lower_bound_mm)
     assert not result.stopped
+
+
+def test_columns_at_different_heights_do_not_send_the_ascent_downhill():
+    segments = [
+        [[10.0 * c, y + 10.0 * k], [10.0 * c + 10.0, y + 10.0 * k]]
+        for c, y in enumerate([0.0, 100.0] * 3)
+        for k in range(2)
+    ]
+    problem = Problem.build(np.array(segments), first=None)
+    optimum = solve(problem).travel_mm
+    bound = bound_of(problem)
+    bound.improve(optimum, lambda: False)
+    first = bound.bound
+    for _ in range(40):
+        if not bound.improve(optimum, lambda: False):
+            break
+    assert first < 0.0 < bound.bound <= optimum + 1e-9
+
+
+@pytest.mark.parametrize("name", ["MOST_VALUES", "STRETCH"])
+def test_a_bound_that_would_take_too_much_is_left_out(name, monkeypatch):
+    monkeypatch.setitem(auto.BEAM_UP_TO, "quick", 100)
+    monkeypatch.setattr(product_bound, name, 0)
+    heard: list[Progress] = []
+    assert solve(walk(9, 9, 1), effort="quick", progress=heard.append).lower_bound_mm is None
+    assert "too" in heard[-2].stage
+
+
+def test_two_columns_have_no_prices_and_so_one_step():
+    bound = bound_of(walk(2, 6, 1))
+    assert not bound.improve(1e3, lambda: False)
+    assert np.isfinite(bound.bound)
+
+
+def test_a_bound_told_before_ctrl_c_is_kept(monkeypatch):
+    monkeypatch.setitem(auto.BEAM_UP_TO, "default", 100)
+    told: list[float] = []
+
+    def interrupt(word: Progress) -> None:
+        if word.stage == "bound":
+            told.append(word.lower_bound)
+            raise KeyboardInterrupt
+
+    result = solve(walk(9, 9, 1), progress=interrupt)
+    assert result.stopped
+    assert result.lower_bound_mm == pytest.approx(told[0])
 
 
 def test_a_column_with_too_many_down_sets_has_no_bound_and_says_so(monkeypatch):

@@ -456,7 +456,7 @@ WRONG = [
     ({"segments": [[[0, 0], [1, None]]]}, "segments[0][1][1] is null; a coordinate must be"),
     ({"segments": [[[True, 0], [1, 0]]]}, "segments[0][0][0] is true; a coordinate must be"),
     ({"segments": [[[0, 0], [1, math.nan]]]}, "segments[0][1][1] is NaN; a coordinate must be"),
-    ({"segments": [[[0, 0], [1, 2e6]]]}, "segments[0][1][1] is 2000000.0; a coordinate must be a number of mm from -1000000 to 1000000."),
+    ({"segments": [[[0, 0], [1, 2e6]]]}, "segments[0][1][1] is 2000000.0; a coordinate must be a number of mm from -100000 to 100000."),
     ({"segments": [[[0, 0], [10**400, 0]]]}, "segments[0][1][0] is 1000"),
     ({"segments": [[[0, 0], [1, 1]], [[0, 1], [1, 0]]]}, "toolpath 0 from (0, 0) to (1, 1) mm crosses or overlaps"),
 ]  # fmt: skip

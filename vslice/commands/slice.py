@@ -162,5 +162,5 @@ def _known(result: "Result") -> str:
     if result.lower_bound_mm is not None:
         return f"  (at least {result.lower_bound_mm:.3f})"
     if result.method in ("auto", "beam", "exact") and not result.stopped:
-        return "  (no bound: columns too steep, or too many toolpaths in one)"
+        return "  (no bound: too steep or too large a sheet)"
     return ""
