@@ -27,8 +27,10 @@ from slicer.sequence.section import Section
 from slicer.sequence.trees import STRIDE, improve_by_trees
 from slicer.sequence.window import polish
 
-PROVE_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
-"""Toolpaths up to which a proof is tried before anything else."""
+PROVE_UP_TO = {"quick": 250, "default": 1_400, "high": 1_400}
+"""Toolpaths up to which a proof for straight travel is tried before anything else."""
+CARRY_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
+"""The same for objectives whose states carry the skyline, which makes them dearer."""
 PROVE_AT_ONCE = 300
 """Toolpaths up to which the proof needs no better start."""
 BEAM_UP_TO = {"quick": 1_500, "default": 6_000, "high": 8_000}
@@ -89,7 +91,8 @@ class _Run:
             if n > PROVE_AT_ONCE and not self.kick(SETTLE * n, HEAT, 0):
                 return False
             settled = self.incumbent.cost
-            if not self.take(exact if n <= PROVE_UP_TO[effort] else beam):
+            up_to = CARRY_UP_TO if self.options.objective.routed else PROVE_UP_TO
+            if not self.take(exact if n <= up_to[effort] else beam):
                 return False
             if self.proved:
                 return True

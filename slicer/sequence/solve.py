@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SequenceError
 from slicer.sequence.aco import aco
-from slicer.sequence.auto import POLISH_UP_TO, PROVE_UP_TO, auto
+from slicer.sequence.auto import CARRY_UP_TO, POLISH_UP_TO, auto
 from slicer.sequence.beam import beam
 from slicer.sequence.checks import real_number, whole_number
 from slicer.sequence.cost import Objective, ObjectiveName
@@ -166,7 +166,7 @@ def _carrying_skyline(method: str, n: int, effort: str) -> str | None:
     """The method over down-sets that goes with this one, if the sheet is small enough for it."""
     if method in ("exact", "beam"):
         return method
-    return "exact" if method == "auto" and n <= PROVE_UP_TO[effort] else None
+    return "exact" if method == "auto" and n <= CARRY_UP_TO[effort] else None
 
 
 def _at_least_initial(problem: Problem, found: Found, options: Options) -> Found:

@@ -73,7 +73,8 @@ def improve_by_trees(
 ) -> NDArray[np.int32]:
     """One pass from a sequence (n,) on, which is offered to the incumbent.
 
-    What comes back costs no more by direct travels.     ``salt`` tells apart the random numbers of several calls with one seed.
+    What comes back costs no more by direct travels. ``salt`` tells apart the random numbers of several calls
+    with one seed.
     """
     work = tour(problem, options.objective, near, oriented)
     state = np.array([np.random.SeedSequence([options.seed, 2, salt]).generate_state(1, np.uint64)[0]])
