@@ -139,7 +139,7 @@ class ProductBound:
         norm = float((self._direction**2).sum())
         if norm == 0.0:
             return False
-        gap = min(target - bound, USUAL_GAP * target)
+        gap = min(target - bound, USUAL_GAP * target) if bound > 0.0 else target - bound
         self.price = self.price + self._step * (1 - MOMENTUM) * gap / norm * self._direction
         return True
 
