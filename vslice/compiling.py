@@ -28,14 +28,14 @@ def compiling() -> Iterator[bool]:
 
 
 def compile_the_rest() -> None:
-    """Run local search and the routing of travels on six toolpaths, and so compile them."""
+    """Run refinement, the routing of travels and parts of the layered search on six toolpaths, and so compile them."""
     import numpy as np
 
     from slicer import travel
     from slicer.sequence import Problem
+    from slicer.sequence.candidates import drop_dominated, grown, index, keep_best, new_pool, offer
     from slicer.sequence.cost import Objective
     from slicer.sequence.levels import level_start
-    from slicer.sequence.local import local
     from slicer.sequence.method import Options
     from slicer.sequence.neighbours import neighbours
     from slicer.sequence.refine import refine
@@ -61,6 +61,11 @@ def compile_the_rest() -> None:
     travel.plan(segments, order, np.zeros(6, np.bool_), clearance_mm=0.2)
     oriented = (2 * order).astype(np.int32)
     true_cost(problem, goal, oriented)
-    options = Options(effort="quick", objective=goal, initial=oriented)
-    found = local(problem, options)
-    refine(problem, options, found.oriented)
+    # What the proof of a small sheet comes to last; local search is left to the first sheet that needs it.
+    pool = new_pool()
+    size = offer(pool, 0, np.uint64(1), 0, 0, 0.0, 0.0)
+    pool = grown(pool, size)
+    index(pool, size)
+    keep_best(pool, size, 1)
+    drop_dominated(pool, segments, size)
+    refine(problem, Options(effort="quick", objective=goal), oriented)
