@@ -28,17 +28,19 @@ def compiling() -> Iterator[bool]:
 
 
 def compile_the_rest() -> None:
-    """Run refinement, the routing of travels and parts of the layered search on six toolpaths, and so compile them."""
+    """Run the bound, refinement and the routing of travels on six toolpaths, and so compile them."""
     import numpy as np
 
     from slicer import travel
     from slicer.sequence import Problem
+    from slicer.sequence.blocks import cover
     from slicer.sequence.candidates import drop_dominated, grown, index, keep_best, new_pool, offer
     from slicer.sequence.cost import Objective
-    from slicer.sequence.levels import level_start
+    from slicer.sequence.downsets import down_sets
     from slicer.sequence.method import Options
-    from slicer.sequence.neighbours import neighbours
+    from slicer.sequence.pair_bound import PairBound
     from slicer.sequence.refine import refine
+    from slicer.sequence.section import Section
     from slicer.sequence.true_cost import true_cost
 
     # Two columns of three level toolpaths, built by hand: the sweep is what the other process begins with.
@@ -56,7 +58,13 @@ def compile_the_rest() -> None:
         first_flipped=False,
     )
     goal = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
-    level_start(problem, goal, neighbours(problem, goal))  # the other process is at the sweep meanwhile
+    # The other process is at the sweep meanwhile, and comes to the bound of its sheet next.
+    section = Section.whole(problem, goal)
+    sets = down_sets(section, 100)
+    bound = PairBound.over(section, sets, cover(sets))
+    bound.improve(1e3, 1)
+    bound.settle()
+    bound.strike(1e9)
     order = np.arange(6)
     travel.plan(segments, order, np.zeros(6, np.bool_), clearance_mm=0.2)
     oriented = (2 * order).astype(np.int32)
