@@ -6,12 +6,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from slicer.clip import RESOLUTION_MM, Rows, TooManyCrossingsError, clip
 from slicer.errors import SlicerError
 from slicer.grid import Grid
+from slicer.outline import area_of
 
 MAX_LINES = 5_000_000
-RESOLUTION_MM = 0.001
-"""The last decimal of a position in a program."""
 
 RELATIVE_EPS = 1e-9
 """Lengths that differ by less than this part of a tile's side are the same."""
@@ -39,14 +39,16 @@ class Hatch:
 def hatch(grid: Grid) -> Hatch:
     """Lines at each tile's tilt, through its centre and every spacing to either side.
 
-    A line on the border of two tiles that both have it belongs to the lower or the left one.
+    A line on the border of two tiles that both have it belongs to the lower or the left one. The outline's
+    border belongs to the sheet: what runs along it or is touched by it is whole.
 
     Raises:
-        SlicerError: the spacing is so small that there would be more than ``MAX_LINES`` lines.
+        SlicerError: the spacing is so small that there would be more than ``MAX_LINES`` lines, or the
+            outline crosses them too often.
     """
     row, col = np.nonzero(~np.isnan(grid.angles_deg))
     width, height = grid.tile_mm
-    along = _directions(grid.angles_deg[row, col], float(np.hypot(width, height)))
+    along = directions(grid.angles_deg[row, col], float(np.hypot(width, height)))
     spacing = grid.spacing_mm[row, col]
     # How far from the centre, across the lines, a tile reaches, and thus how many lines it takes.
     reach = (width * np.abs(along[:, 1]) + height * along[:, 0]) / 2
@@ -69,9 +71,19 @@ def hatch(grid: Grid) -> Hatch:
     _snap_to_borders(middle, along[of], low[of], high[of])
     span = along[of] * np.hypot(width, height)
     lines = shapely.linestrings(np.stack([middle - span, middle + span], axis=1))
-    pieces, owner = _clip(lines, shapely.box(*low[of].T, *high[of].T), grid)
-    ends = shapely.get_coordinates(pieces).reshape(-1, 2, 2)
-    ends, owner = _in_direction(ends, along[of], owner)
+    clipped = shapely.intersection(lines, shapely.box(*low[of].T, *high[of].T))
+    owner = np.flatnonzero(
+        (shapely.get_type_id(clipped) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(clipped)
+    )
+    ends = _in_direction(shapely.get_coordinates(clipped[owner]).reshape(-1, 2, 2), along[of[owner]])
+    if grid.outline_mm is not None:
+        first = (np.cumsum(counts) - counts).astype(np.intp)
+        rows = Rows((low + high) / 2, along, spacing, each_side, first, shapely.box(*low.T, *high.T))
+        try:
+            ends, which = clip(ends, owner, along[of[owner]], rows, area_of(grid.outline_mm))
+        except TooManyCrossingsError as error:
+            raise SlicerError(f"{grid.source}: outline_mm {error}.") from None
+        owner = owner[which]
     length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     shortest = np.full(len(row), grid.min_length_mm) if grid.min_length_mm is not None else spacing
     # Points are lines that meet only a corner of their tile; they are no toolpaths at all.
@@ -84,7 +96,7 @@ def hatch(grid: Grid) -> Hatch:
     return Hatch(ends[once & keep], tile[of[owner[once & keep]]], int((once & real & ~keep).sum()))
 
 
-def _directions(angles_deg: NDArray[np.float64], diagonal_mm: float) -> NDArray[np.float64]:
+def directions(angles_deg: NDArray[np.float64], diagonal_mm: float) -> NDArray[np.float64]:
     """Unit vectors (t, 2) of tilts.
 
     A tilt that leaves 0 or 90 degrees by less than a program can say over a whole tile is 0 or 90:
@@ -111,30 +123,10 @@ def _snap_to_borders(
             middle[near, axis] = border[near, axis]
 
 
-def _clip(
-    lines: NDArray[np.object_], boxes: NDArray[np.object_], grid: Grid
-) -> tuple[NDArray[np.object_], NDArray[np.intp]]:
-    """The straight pieces of each line inside its box and the outline, and which line each is of."""
-    clipped = shapely.intersection(lines, boxes)
-    if grid.outline_mm is not None:
-        outline = shapely.union_all([shapely.Polygon(outer, holes) for outer, *holes in grid.outline_mm])
-        shapely.prepare(outline)
-        cut = ~shapely.contains_properly(outline, clipped)
-        clipped[cut] = shapely.intersection(clipped[cut], outline)
-    pieces, owner = shapely.get_parts(clipped, return_index=True)
-    linear = (shapely.get_type_id(pieces) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(pieces)
-    return pieces[linear], owner[linear]
-
-
-def _in_direction(
-    ends: NDArray[np.float64], along: NDArray[np.float64], owner: NDArray[np.intp]
-) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Let every piece run in its tile's direction, and the pieces of a line follow each other."""
-    backwards = ((ends[:, 1] - ends[:, 0]) * along[owner]).sum(axis=1) < 0
-    ends = np.where(backwards[:, None, None], ends[:, ::-1], ends)
-    progress = (ends[:, 0] * along[owner]).sum(axis=1)
-    sequence = np.lexsort((progress, owner))
-    return ends[sequence], owner[sequence]
+def _in_direction(ends: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Let every line run in its tile's direction."""
+    backwards = ((ends[:, 1] - ends[:, 0]) * along).sum(axis=1) < 0
+    return np.where(backwards[:, None, None], ends[:, ::-1], ends)
 
 
 def _once_on_borders(
