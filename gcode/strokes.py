@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from gcode.coverage import shortfalls
 from gcode.violation import Violation
 from slicer.grid import Grid
 from slicer.hatch import hatch
@@ -51,9 +52,10 @@ def _goes_on(a: Stroke, b: Stroke) -> bool:
 def compare_with_hatch(
     drawn: list[Stroke], grid: Grid, shift_mm: tuple[float, float] | None
 ) -> tuple[list[Violation], NDArray[np.float64]]:
-    """Every hatch line of the grid must be drawn once, and nothing else.
+    """Every hatch line of the grid must be drawn once, and nothing else; and the lines must fill the tiles.
 
-    A hatch line may be drawn in one movement, or in several that go straight on.
+    A hatch line may be drawn in one movement, or in several that go straight on. That the hatch itself
+    leaves nothing out is tested by the area of each tile, see ``coverage``.
 
     Args:
         drawn: the movements that lay material.
@@ -93,6 +95,15 @@ def compare_with_hatch(
         else:
             which = f"({stroke.x0:.3f}, {stroke.y0:.3f}) to ({stroke.x1:.3f}, {stroke.y1:.3f})"
             out.append(Violation(stroke.line, "stray", f"{which} is no hatch line of {grid.source}"))
+    said = set(map(tuple, wanted.tile[open_lines[later < 0]].tolist()))
+    for short in shortfalls(lines - shift, grid):
+        if (short.col, short.row) not in said:
+            text = (
+                f"tile ({short.col}, {short.row}): {short.printed_mm:.3f} mm are printed where its area needs "
+                f"{short.needed_mm:.3f} mm, in rows as that through ({short.x_mm + shift[0]:.3f}, "
+                f"{short.y_mm + shift[1]:.3f})"
+            )
+            out.append(Violation(0, "missing", text))
     owner[open_lines[later >= 0]] = len(drawn) + later[later >= 0]
     line = np.array([s.line for s in [*drawn, *rest]], np.float64)[owner[owner >= 0]]
     exact = np.column_stack([target[owner >= 0].reshape(-1, 4), line]).astype(np.float64)

@@ -6,6 +6,10 @@ import numpy as np
 
 from slicer.errors import SlicerError
 from slicer.grid import Grid
+from slicer.grid_schema import LEAST_MM, MOST_MM, REACH_MM
+
+MAX_TILES = 1_000_000
+MAX_SEED = 2**63 - 1
 
 
 def random_walk(
@@ -38,10 +42,16 @@ def random_walk(
     _need(all(map(math.isfinite, numbers)), f"{', '.join(map(str, numbers))}: every number must be finite")
     _need(cols >= 1 and rows >= 1, f"{cols} columns and {rows} rows: both must be at least 1")
     _need(
-        tile_mm > 0 and spacing_mm > 0,
-        f"tile {tile_mm:g} mm, spacing {spacing_mm:g} mm: both must be above 0",
+        cols * rows <= MAX_TILES,
+        f"{cols} columns and {rows} rows are {cols * rows} tiles; {MAX_TILES} is the most",
     )
-    _need(deviation_deg >= 0, f"deviation {deviation_deg:g} must be at least 0 degrees")
+    shown = str(seed) if seed.bit_length() < 100 else f"of {seed.bit_length()} bits"
+    _need(0 <= seed <= MAX_SEED, f"seed {shown}: must be from 0 to {MAX_SEED}")
+    for name, value in (("tile", tile_mm), ("spacing", spacing_mm)):
+        _need(LEAST_MM <= value <= MOST_MM, f"{name} {value:g} mm: must be from {LEAST_MM:g} to {MOST_MM:g} mm")
+    longest = max(cols, rows) * tile_mm
+    _need(longest <= REACH_MM, f"the sheet is {longest:g} mm long; {REACH_MM:g} mm is the most")
+    _need(0 <= deviation_deg <= 180, f"deviation {deviation_deg:g}: must be from 0 to 180 degrees")
     _need(
         -90 < low_deg <= start_deg <= high_deg <= 90,
         f"low {low_deg:g}, start {start_deg:g}, high {high_deg:g}: must ascend within (-90, 90] degrees",

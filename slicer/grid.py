@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from slicer.errors import GridError
 from slicer.grid_schema import GridFile, parse
+from slicer.outline import NoAreaError, Ring, repair
+from slicer.tilts import fold
 
 MAX_FILE_BYTES = 64_000_000
-
-Ring = list[tuple[float, float]]
-"""The corners of a closed line, in mm."""
+MAX_META_DEPTH = 200
+"""Levels of lists and objects in ``meta``, far from where Python's own limit would end a program."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +34,10 @@ class Grid:
         outline_mm: polygons that clip the sheet, each a list of rings, the outer one first and then its
             holes; None for the whole sheet.
         min_length_mm: shorter toolpaths are dropped; None means the tile's spacing.
-        meta: free form, kept as it is.
+        meta: anything that JSON can hold, kept as it is; an empty object if the file has none.
         source: where the grid came from, for messages.
         sha256: hash of the file's bytes in hexadecimal; empty for a grid that was made in memory.
+        warnings: what was mended or looks like a mistake in the file, a line each that names the source.
     """
 
     angles_deg: NDArray[np.float64]
@@ -44,9 +46,10 @@ class Grid:
     origin_mm: tuple[float, float] = (0.0, 0.0)
     outline_mm: list[list[Ring]] | None = None
     min_length_mm: float | None = None
-    meta: dict[str, Any] = field(default_factory=dict)
+    meta: Any = field(default_factory=dict)
     source: str = "grid"
     sha256: str = ""
+    warnings: tuple[str, ...] = ()
 
     @property
     def rows(self) -> int:
@@ -77,6 +80,9 @@ def read(path: Path) -> Grid:
 def loads(text: str, *, source: str = "grid") -> Grid:
     """Make a ``Grid`` of the JSON text of a grid file; ``source`` is named in messages.
 
+    Angles are folded into (-90, 90], outlines that touch or cross themselves are repaired; what the user
+    should know of it stands in ``warnings``.
+
     Raises:
         GridError: the text is no JSON or no grid.
     """
@@ -89,15 +95,26 @@ def loads(text: str, *, source: str = "grid") -> Grid:
         if isinstance(checked.spacing_mm, list)
         else np.full(angles.shape, checked.spacing_mm)
     )
+    angles, warnings = fold(angles)
+    outline = checked.outline_mm
+    if outline is not None:
+        try:
+            outline, repaired = repair(outline)
+        except NoAreaError as error:
+            raise GridError(source, [f"outline_mm: {error}"]) from None
+        warnings += [f"outline_mm: {line}." for line in repaired]
+    if (depth := _depth(checked.meta)) > MAX_META_DEPTH:
+        raise GridError(source, [f"meta: is nested {depth} levels deep; {MAX_META_DEPTH} is the most."])
     return Grid(
-        angles_deg=angles + 0.0,  # no negative zero
+        angles_deg=angles,
         spacing_mm=spacing,
         tile_mm=checked.tile_mm,
         origin_mm=checked.origin_mm,
-        outline_mm=checked.outline_mm,
+        outline_mm=outline,
         min_length_mm=checked.min_length_mm,
         meta=checked.meta,
         source=source,
+        warnings=tuple(f"{source}: {warning}" for warning in warnings),
     )
 
 
@@ -116,7 +133,7 @@ def dumps(grid: Grid) -> str:
         fields["outline_mm"] = grid.outline_mm
     if grid.min_length_mm is not None:
         fields["min_length_mm"] = grid.min_length_mm
-    if grid.meta:
+    if grid.meta != {}:
         fields["meta"] = grid.meta
     lines = []
     for key, value in fields.items():
@@ -124,8 +141,25 @@ def dumps(grid: Grid) -> str:
             rows = ",\n".join(f"  {json.dumps(row)}" for row in value)
             lines.append(f' "{key}": [\n{rows}\n ]')
         else:
-            lines.append(f' "{key}": {json.dumps(value, ensure_ascii=False)}')
+            lines.append(f' "{key}": {_json_text(value)}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _json_text(value: Any) -> str:
+    text = json.dumps(value, ensure_ascii=False)
+    # Half of a surrogate pair, which JSON can say and UTF-8 cannot.
+    lone = any("\ud800" <= character <= "\udfff" for character in text)
+    return json.dumps(value) if lone else text
+
+
+def _depth(value: Any) -> int:
+    """How many lists and objects stand in each other."""
+    depth = 0
+    level = [value]
+    while level := [item for item in level if isinstance(item, list | dict)]:
+        depth += 1
+        level = [part for item in level for part in (item.values() if isinstance(item, dict) else item)]
+    return depth
 
 
 def schema() -> dict[str, Any]:

@@ -4,7 +4,6 @@ import difflib
 from typing import Annotated, Any
 
 from pydantic import (
-    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -19,16 +18,29 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 
 from slicer.errors import GridError
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e6, le=1e6)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
-Angle = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90, le=90)]
+RESOLUTION_MM = 0.001
+LEAST_MM = 0.01
+"""The least spacing and tile, ten times the resolution of positions: rounding moves a line by 5 % of it."""
+
+MOST_MM = 10_000.0
+REACH_MM = 100_000.0
+"""How far from the origin a sheet and its outline may reach."""
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-REACH_MM, le=REACH_MM)]
+Size = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=LEAST_MM, le=MOST_MM)]
+Angle = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Point = tuple[Number, Number]
 Ring = Annotated[list[Point], Field(min_length=3)]
 Polygon = Annotated[list[Ring], Field(min_length=1)]
 
-_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
-_POINT = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
-_POLYGON = {"type": "array", "items": {"type": "array", "items": _POINT, "minItems": 3}, "minItems": 1}
+_SIZE = {"type": "number", "minimum": LEAST_MM, "maximum": MOST_MM}
+_NUMBER = {"type": "number", "minimum": -REACH_MM, "maximum": REACH_MM}
+_POINT = {"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}
+_POLYGON = {
+    "type": "array",
+    "items": {"type": "array", "items": _POINT, "minItems": 3},
+    "minItems": 1,
+}
 
 
 def _both_sides(value: Any) -> Any:
@@ -51,57 +63,42 @@ def _several_polygons(value: Any) -> Any:
     return value
 
 
-def _simple(polygons: list[Any]) -> list[Any]:
-    import shapely
-    from shapely.validation import explain_validity
-
-    for k, (outer, *holes) in enumerate(polygons):
-        polygon = shapely.Polygon(outer, holes)
-        if not polygon.is_valid:
-            raise PydanticCustomError(
-                "outline",
-                "polygon {k} cannot clip a sheet: {why}",
-                {"k": k, "why": explain_validity(polygon)},
-            )
-    return polygons
-
-
 class GridFile(BaseModel):
     """A grid of fibre angles, as it stands in a file."""
 
     model_config = ConfigDict(extra="forbid", title="vslice grid")
 
     tile_mm: Annotated[
-        tuple[Positive, Positive],
+        tuple[Size, Size],
         BeforeValidator(_both_sides),
-        WithJsonSchema(
-            {"anyOf": [_POSITIVE, {"type": "array", "items": _POSITIVE, "minItems": 2, "maxItems": 2}]}
-        ),
+        WithJsonSchema({"anyOf": [_SIZE, {"type": "array", "items": _SIZE, "minItems": 2, "maxItems": 2}]}),
     ] = Field(description="Side of every tile in mm, or [width, height].")
     spacing_mm: Annotated[
-        Annotated[Positive, Tag("number")] | Annotated[list[list[Positive | None]], Tag("grid")],
+        Annotated[Size, Tag("number")] | Annotated[list[list[Size | None]], Tag("grid")],
         Discriminator(lambda value: "grid" if isinstance(value, list) else "number"),
     ] = Field(description="Distance between neighbouring toolpaths in mm, or a grid of them, one a tile.")
     angles_deg: Annotated[list[Annotated[list[Angle | None], Field(min_length=1)]], Field(min_length=1)] = (
         Field(
-            description="Tilt of each tile in degrees, counter-clockwise from +x, in (-90, 90]; row 0 is the "
-            "bottom row; null is an empty tile."
+            description="Tilt of each tile in degrees, counter-clockwise from +x, folded into (-90, 90]; row 0 "
+            "is the bottom row; null is an empty tile."
         )
     )
     origin_mm: Point = Field((0.0, 0.0), description="x and y of the sheet's lower left corner in mm.")
     outline_mm: Annotated[
         list[Polygon] | None,
         BeforeValidator(_several_polygons),
-        AfterValidator(lambda value: None if value is None else _simple(value)),
-        WithJsonSchema({"anyOf": [_POLYGON, {"type": "array", "items": _POLYGON, "minItems": 1}]}),
+        Field(min_length=1),
+        WithJsonSchema(
+            {"anyOf": [_POLYGON, {"type": "array", "items": _POLYGON, "minItems": 1}, {"type": "null"}]}
+        ),
     ] = Field(
         None,
         description="A polygon in mm that clips the sheet, [ring, hole, ...] as in GeoJSON, or several.",
     )
-    min_length_mm: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] | None = Field(
-        None, description="Shorter toolpaths are dropped; by default the spacing."
+    min_length_mm: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=REACH_MM)] | None = (
+        Field(None, description="Shorter toolpaths are dropped; by default the spacing.")
     )
-    meta: dict[str, Any] = Field(default_factory=dict, description="Free form; kept as it is.")
+    meta: Any = Field(default_factory=dict, description="Anything; kept as it is.")
 
     @model_validator(mode="after")
     def _same_shape(self) -> "GridFile":
@@ -112,6 +109,24 @@ class GridFile(BaseModel):
                     "ragged",
                     "angles_deg[{row}] has {found} tiles, but row 0 has {cols}; every row must have as many",
                     {"row": row, "found": len(angles), "cols": cols},
+                )
+        tiles = (cols, len(self.angles_deg))
+        for number, side, start, name in zip(
+            tiles, self.tile_mm, self.origin_mm, ("columns", "rows"), strict=True
+        ):
+            if start + number * side > REACH_MM:
+                raise PydanticCustomError(
+                    "reach",
+                    "{number} {name} of {side} mm from {start} mm reach {end} mm, but {most} mm is the farthest; "
+                    "split the sheet, or give tile_mm in mm",
+                    {
+                        "number": number,
+                        "name": name,
+                        "side": f"{side:g}",
+                        "start": f"{start:g}",
+                        "end": f"{start + number * side:g}",
+                        "most": f"{REACH_MM:g}",
+                    },
                 )
         if isinstance(self.spacing_mm, list):
             rows = len(self.angles_deg)
@@ -169,13 +184,11 @@ def _line(detail: ErrorDetails) -> str:
         return f"{path}: is missing."
     if place and place[0] in ("angles_deg", "spacing_mm") and len(place) == 3:
         path = f"{path}: tile ({place[2]}, {place[1]})"
-    if place and place[0] == "angles_deg" and kind in ("greater_than", "less_than_equal"):
-        return f"{path}: angle {found:g} must be above -90 and at most 90 degrees."
-    if kind in ("greater_than", "greater_than_equal"):
-        word, limit = ("above", limits["gt"]) if kind == "greater_than" else ("at least", limits["ge"])
-        return f"{path}: {found:g} must be {word} {limit:g}."
+    if kind == "greater_than_equal":
+        why = f", ten times the {RESOLUTION_MM:g} mm to which positions are written" if place[0] == "spacing_mm" else ""
+        return f"{path}: {found:g} must be at least {limits['ge']:g} mm{why}."
     if kind == "less_than_equal":
-        return f"{path}: {found:g} must be at most {limits['le']:g}."
+        return f"{path}: {found:g} must be at most {limits['le']:g} mm."
     if kind == "finite_number":
         return f"{path}: {found} is no finite number."
     if kind in ("float_type", "float_parsing"):
