@@ -121,8 +121,8 @@ def _borders(grid: Grid, tiles: _Tiles) -> tuple[NDArray[np.int64], NDArray[np.f
     """The sides of the area of each tile within the outline: the tile of each, and float64 (m, 2, 2)."""
     number = np.full(grid.angles_deg.shape, -1, np.int64)
     number[tiles.row, tiles.col] = np.arange(len(tiles.col))
-    x = grid.origin_mm[0] + np.arange(grid.cols + 1) * grid.tile_mm[0]
-    y = grid.origin_mm[1] + np.arange(grid.rows + 1) * grid.tile_mm[1]
+    x = grid.origin_mm[0] + np.arange(grid.cols + 1, dtype=np.float64) * grid.tile_mm[0]
+    y = grid.origin_mm[1] + np.arange(grid.rows + 1, dtype=np.float64) * grid.tile_mm[1]
     whole = shapely.box(x[0], y[0], x[-1], y[-1])
     area = whole if grid.outline_mm is None else shapely.intersection(area_of(grid.outline_mm), whole)
     owner, sides = [np.empty(0, np.int64)], [np.empty((0, 2, 2))]

@@ -98,10 +98,10 @@ def compare_with_hatch(
     said = set(map(tuple, wanted.tile[open_lines[later < 0]].tolist()))
     for short in shortfalls(lines - shift, grid):
         if (short.col, short.row) not in said:
+            x, y = short.x_mm + shift[0], short.y_mm + shift[1]
             text = (
-                f"tile ({short.col}, {short.row}): {short.printed_mm:.3f} mm are printed where its area needs "
-                f"{short.needed_mm:.3f} mm, in rows as that through ({short.x_mm + shift[0]:.3f}, "
-                f"{short.y_mm + shift[1]:.3f})"
+                f"tile ({short.col}, {short.row}): {short.printed_mm:.3f} mm are printed where its area "
+                f"needs {short.needed_mm:.3f} mm, in rows as that through ({x:.3f}, {y:.3f})"
             )
             out.append(Violation(0, "missing", text))
     owner[open_lines[later >= 0]] = len(drawn) + later[later >= 0]

@@ -92,11 +92,13 @@ def clip(
 def _edges(area: shapely.Geometry, ends: NDArray[np.float64]) -> NDArray[np.float64]:
     """The sides of an area, float64 (m, 2, 2), without those that lie beyond all lines."""
     xy, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(area)), return_index=True)
-    sides = np.stack([xy[:-1], xy[1:]], axis=1)[ring[1:] == ring[:-1]]
+    sides: NDArray[np.float64] = np.stack([xy[:-1], xy[1:]], axis=1)[ring[1:] == ring[:-1]]
     if len(ends) == 0:
-        return sides[:0]
+        return np.empty((0, 2, 2))
     low, high = ends.min(axis=(0, 1)) - BORDER_MM, ends.max(axis=(0, 1)) + BORDER_MM
-    return sides[((sides.max(axis=1) >= low) & (sides.min(axis=1) <= high)).all(axis=1)]
+    near = ((sides.max(axis=1) >= low) & (sides.min(axis=1) <= high)).all(axis=1)
+    kept: NDArray[np.float64] = sides[near]
+    return kept
 
 
 def _meetings(

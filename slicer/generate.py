@@ -48,7 +48,9 @@ def random_walk(
     shown = str(seed) if seed.bit_length() < 100 else f"of {seed.bit_length()} bits"
     _need(0 <= seed <= MAX_SEED, f"seed {shown}: must be from 0 to {MAX_SEED}")
     for name, value in (("tile", tile_mm), ("spacing", spacing_mm)):
-        _need(LEAST_MM <= value <= MOST_MM, f"{name} {value:g} mm: must be from {LEAST_MM:g} to {MOST_MM:g} mm")
+        _need(
+            LEAST_MM <= value <= MOST_MM, f"{name} {value:g} mm: must be from {LEAST_MM:g} to {MOST_MM:g} mm"
+        )
     longest = max(cols, rows) * tile_mm
     _need(longest <= REACH_MM, f"the sheet is {longest:g} mm long; {REACH_MM:g} mm is the most")
     _need(0 <= deviation_deg <= 180, f"deviation {deviation_deg:g}: must be from 0 to 180 degrees")

@@ -79,15 +79,14 @@ class GridFile(BaseModel):
     ] = Field(description="Distance between neighbouring toolpaths in mm, or a grid of them, one a tile.")
     angles_deg: Annotated[list[Annotated[list[Angle | None], Field(min_length=1)]], Field(min_length=1)] = (
         Field(
-            description="Tilt of each tile in degrees, counter-clockwise from +x, folded into (-90, 90]; row 0 "
-            "is the bottom row; null is an empty tile."
+            description="Tilt of each tile in degrees, counter-clockwise from +x, folded into (-90, 90]; "
+            "row 0 is the bottom row; null is an empty tile."
         )
     )
     origin_mm: Point = Field((0.0, 0.0), description="x and y of the sheet's lower left corner in mm.")
     outline_mm: Annotated[
         list[Polygon] | None,
         BeforeValidator(_several_polygons),
-        Field(min_length=1),
         WithJsonSchema(
             {"anyOf": [_POLYGON, {"type": "array", "items": _POLYGON, "minItems": 1}, {"type": "null"}]}
         ),
@@ -117,8 +116,8 @@ class GridFile(BaseModel):
             if start + number * side > REACH_MM:
                 raise PydanticCustomError(
                     "reach",
-                    "{number} {name} of {side} mm from {start} mm reach {end} mm, but {most} mm is the farthest; "
-                    "split the sheet, or give tile_mm in mm",
+                    "{number} {name} of {side} mm from {start} mm reach {end} mm, but {most} mm is the "
+                    "farthest; split the sheet, or give tile_mm in mm",
                     {
                         "number": number,
                         "name": name,
@@ -185,7 +184,11 @@ def _line(detail: ErrorDetails) -> str:
     if place and place[0] in ("angles_deg", "spacing_mm") and len(place) == 3:
         path = f"{path}: tile ({place[2]}, {place[1]})"
     if kind == "greater_than_equal":
-        why = f", ten times the {RESOLUTION_MM:g} mm to which positions are written" if place[0] == "spacing_mm" else ""
+        why = (
+            f", ten times the {RESOLUTION_MM:g} mm to which positions are written"
+            if place[0] == "spacing_mm"
+            else ""
+        )
         return f"{path}: {found:g} must be at least {limits['ge']:g} mm{why}."
     if kind == "less_than_equal":
         return f"{path}: {found:g} must be at most {limits['le']:g} mm."

@@ -35,8 +35,8 @@ def fold(angles_deg: NDArray[np.float64]) -> tuple[NDArray[np.float64], list[str
     broken = np.unique(there[there != np.round(there)])
     if LEAST_RADIANS <= most <= math.pi / 2 + 1e-6 and len(broken) > 1:
         said.append(
-            f"angles_deg: all {len(there)} angles lie within ±{most:g}, as radians do (±{math.pi / 2:.4f}), and "
-            "were taken as degrees. Degrees or radians?"
+            f"angles_deg: all {len(there)} angles lie within ±{most:g}, as radians do (±{math.pi / 2:.4f}), "
+            "and were taken as degrees. Degrees or radians?"
         )
     return folded, said
 

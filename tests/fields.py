@@ -50,6 +50,25 @@ def grids(draw, max_tiles=3, empty=True, outline=True):
 
 
 @st.composite
+def rough_outlines(draw):
+    """Polygons and holes of any shape, in part across themselves, each other and the tiles' borders."""
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    polygons = []
+    for _ in range(draw(st.integers(1, 3))):
+        n = draw(st.sampled_from([3, 4, 7, 40]))
+        centre = random.uniform(0, 3, 2)
+        t = np.sort(random.uniform(0, 2 * np.pi, n)) if draw(st.booleans()) else random.uniform(0, 6, n)
+        reach = random.uniform(0.05, draw(st.sampled_from([0.3, 2.0])), n)
+        ring = centre + np.stack([reach * np.cos(t), reach * np.sin(t)], axis=1)
+        if draw(st.booleans()):
+            ring = np.round(ring, 1)
+        hole = centre + 0.3 * (ring - centre)
+        rings = [ring, hole] if draw(st.booleans()) else [ring]
+        polygons.append([list(map(tuple, r.tolist())) for r in rings])
+    return polygons
+
+
+@st.composite
 def segment_sets(draw, max_tiles=3, max_n=None):
     """The toolpaths of a random sheet, some left out, in random order and direction."""
     segments = hatch(draw(grids(max_tiles))).segments

@@ -15,6 +15,7 @@ from slicer.errors import GridError, SlicerError
 from slicer.sequence import Problem
 from slicer.sequence.problem import REACH_MM
 from vslice.pipeline import hatched, problem_of
+from vslice.reading import read_grid
 
 
 def load_problem(path: Path, start: str) -> Problem:
@@ -30,7 +31,7 @@ def load_problem(path: Path, start: str) -> Problem:
     """
     data = _json_object(path)
     if data is None or not ({"segments", "first"} & data.keys()):
-        return problem_of(hatched(grid.read(path)).segments, start)
+        return problem_of(hatched(read_grid(path)).segments, start)
     problems = _problems(data)
     if problems:
         raise GridError(str(path), problems)

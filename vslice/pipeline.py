@@ -1,10 +1,11 @@
 """The main job, grid file to program: what ``slice`` writes and ``send`` streams."""
 
+import hashlib
 import json
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 import profiles
 from gcode import emit, program
 from profiles import Profile
-from slicer import grid, hatch, sequence, travel
+from slicer import hatch, sequence, travel
 from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
@@ -21,6 +22,7 @@ from slicer.sequence.method import Progress
 from slicer.travel import Plan
 from vslice import __version__
 from vslice.objective import objective_name, objective_of
+from vslice.reading import read_grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +59,10 @@ class Sliced:
         return travel.straight_mm(self.lines.segments)
 
 
+MOST_META = 1000
+"""Characters of ``meta`` in the head of a program; of more than that its hash is written."""
+
+
 @dataclass(frozen=True)
 class Search:
     """How an order of toolpaths is looked for; see ``sequence.solve``."""
@@ -68,6 +74,18 @@ class Search:
     seed: int = 0
     time_limit_s: float | None = None
     workers: int = 1
+
+
+def meta_line(meta: Any) -> str:
+    """The ``meta`` of a grid as one line of JSON in printable ASCII, for a comment in a program.
+
+    Beyond ``MOST_META`` characters it is {"characters": how many, "sha256": of the whole line}.
+    """
+    text = json.dumps(meta, separators=(",", ":")).replace("\x7f", "\\u007f")
+    if len(text) <= MOST_META:
+        return text
+    digest = hashlib.sha256(text.encode("ascii")).hexdigest()
+    return json.dumps({"characters": len(text), "sha256": digest}, separators=(",", ":"))
 
 
 def hatched(sheet: Grid) -> Hatch:
@@ -117,8 +135,7 @@ def slice_grid(
     """
     profile = profiles.load(profile_name, overrides)
     step("reading")
-    piped = str(grid_file) == "-"
-    sheet = grid.loads(sys.stdin.read(), source="standard input") if piped else grid.read(grid_file)
+    sheet = read_grid(grid_file)
     step("hatching")
     lines = hatched(sheet)
     step("sequencing")
@@ -151,6 +168,8 @@ def slice_grid(
         "travel_routed_mm": f"{plan.routed_mm:.3f}",
         "printed_mm": f"{plan.printed_mm:.3f}",
     }
+    if sheet.meta != {}:
+        facts["meta"] = meta_line(sheet.meta)
     if overrides:
         facts["settings"] = json.dumps(overrides)
     return Sliced(sheet, lines, result, plan, made, profile, facts)

@@ -49,7 +49,8 @@ def _set_quiet(ctx: click.Context, _: click.Parameter, value: bool) -> None:
 
 def quiet() -> bool:
     """Whether the user wants to hear of errors alone."""
-    return bool(_settings(click.get_current_context()).get("quiet"))
+    ctx = click.get_current_context(silent=True)  # there is none where a function is called by a program
+    return ctx is not None and bool(_settings(ctx).get("quiet"))
 
 
 def verbose() -> bool:

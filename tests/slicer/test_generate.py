@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slicer import grid
 from slicer.errors import SlicerError
 from slicer.generate import random_walk, reflect
 
@@ -54,7 +55,13 @@ def test_reflection_may_take_several_turns():
     [
         ({"cols": 0}, "0 columns and 2 rows"),
         ({"tile_mm": 0.0}, "tile 0 mm"),
-        ({"deviation_deg": -1.0}, "deviation -1"),
+        ({"deviation_deg": -1.0}, "deviation -1: must be from 0 to 180"),
+        ({"deviation_deg": 1e308}, "deviation 1e\\+308: must be from 0 to 180"),
+        ({"cols": 100_000, "rows": 11}, "100000 columns and 11 rows are 1100000 tiles; 1000000 is the most"),
+        ({"cols": 1000, "tile_mm": 1000.0}, "is 1e\\+06 mm long; 100000 mm is the most"),
+        ({"spacing_mm": 0.001}, "spacing 0.001 mm: must be from 0.01 to 10000 mm"),
+        ({"seed": -1}, "seed -1: must be from 0"),
+        ({"seed": 10**5000}, "seed of 16610 bits: must be from 0"),
         ({"low_deg": -95.0}, "low -95"),
         ({"start_deg": 10.0}, "start 10, high 0"),
     ],
@@ -62,3 +69,21 @@ def test_reflection_may_take_several_turns():
 def test_numbers_out_of_range_are_named(change, says):
     with pytest.raises(SlicerError, match=says):
         random_walk(**({"cols": 2, "rows": 2, "seed": 1} | change))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 2**63 - 1},
+        {"tile_mm": 0.01, "spacing_mm": 0.01},
+        {"tile_mm": 10_000.0, "spacing_mm": 10_000.0},
+        {"deviation_deg": 180.0, "low_deg": -89.999, "high_deg": 90.0},
+        {"low_deg": 1e-300, "start_deg": 1e-300, "high_deg": 1e-300},
+    ],
+    ids=str,
+)
+def test_what_is_made_at_the_limits_can_be_read(change):
+    made = random_walk(**({"cols": 3, "rows": 2, "seed": 1} | change))
+    read = grid.loads(grid.dumps(made))
+    np.testing.assert_array_equal(read.angles_deg, made.angles_deg)
+    assert read.meta == made.meta

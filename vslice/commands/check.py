@@ -39,12 +39,12 @@ def command(
     stop while travelling. Exits with 1 if anything is wrong.
     """
     from gcode.check import check
-    from slicer import grid
     from vslice.machine import mismatch, read_program
+    from vslice.reading import read_grid
 
     with progress(2) as step:
         step("reading")
-        sheet = None if grid_file is None else grid.read(grid_file)
+        sheet = None if grid_file is None else read_grid(grid_file)
         moves, name, profile = read_program(program_file, profile_name, overrides)
         step("replaying")
         report = check(moves, profile, sheet)

@@ -50,9 +50,9 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
     from gcode import preview
 
     if _is_grid(file):
-        from slicer import grid
+        from vslice.reading import read_grid
 
-        sheet = grid.read(file)
+        sheet = read_grid(file)
         figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
     else:
         from vslice.machine import read_program
