@@ -15,6 +15,7 @@ from slicer.outline import NoAreaError, Ring, repair
 from slicer.tilts import fold
 
 MAX_FILE_BYTES = 64_000_000
+MOST_SAID = 10
 MAX_META_DEPTH = 200
 """Levels of lists and objects in ``meta``, far from where Python's own limit would end a program."""
 
@@ -102,7 +103,9 @@ def loads(text: str, *, source: str = "grid") -> Grid:
             outline, repaired = repair(outline)
         except NoAreaError as error:
             raise GridError(source, [f"outline_mm: {error}"]) from None
-        warnings += [f"outline_mm: {line}." for line in repaired]
+        warnings += [f"outline_mm: {line}." for line in repaired[:MOST_SAID]]
+        if len(repaired) > MOST_SAID:
+            warnings.append(f"outline_mm: so it is with {len(repaired) - MOST_SAID} more polygons.")
     if (depth := _depth(checked.meta)) > MAX_META_DEPTH:
         raise GridError(source, [f"meta: is nested {depth} levels deep; {MAX_META_DEPTH} is the most."])
     return Grid(

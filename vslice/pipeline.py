@@ -81,7 +81,7 @@ def meta_line(meta: Any) -> str:
 
     Beyond ``MOST_META`` characters it is {"characters": how many, "sha256": of the whole line}.
     """
-    text = json.dumps(meta, separators=(",", ":")).replace("\x7f", "\\u007f")
+    text = json.dumps(meta, separators=(",", ":"))
     if len(text) <= MOST_META:
         return text
     digest = hashlib.sha256(text.encode("ascii")).hexdigest()

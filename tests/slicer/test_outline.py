@@ -273,6 +273,14 @@ def test_an_outline_without_area_is_refused_and_one_of_several_left_out(polygon)
     assert "polygon 1 has no area" in read.warnings[0]
 
 
+def test_of_many_repairs_ten_are_told():
+    bow_ties = [[[(k, 0), (k + 1, 1), (k + 1, 0), (k, 1)]] for k in range(25)]
+    fields = {"tile_mm": 4, "spacing_mm": 1, "angles_deg": [[0]], "outline_mm": bow_ties}
+    warnings = grid.loads(json.dumps(fields)).warnings
+    assert len(warnings) == 11
+    assert warnings[-1] == "grid: outline_mm: so it is with 15 more polygons."
+
+
 def test_an_outline_made_in_memory_is_repaired_too():
     lines = hatch(sheet([[0]], 1.0, (2.0, 2.0), [[[(0, 0), (2, 2), (2, 0), (0, 2)]]]))
     assert spans(lines) == [(0.0, 2.0)]  # its wings meet in the middle

@@ -10,10 +10,10 @@ from vslice.session import common, say
 
 @click.command("generate", epilog="Example: vslice generate --cols 4 --rows 4 --seed 7 -o grid.json")
 @click.option(
-    "--cols", default=4, show_default=True, type=click.IntRange(1), help="Tiles from left to right."
+    "--cols", default=4, show_default=True, type=click.IntRange(1, 10_000), help="Tiles from left to right."
 )
 @click.option(
-    "--rows", default=4, show_default=True, type=click.IntRange(1), help="Tiles from bottom to top."
+    "--rows", default=4, show_default=True, type=click.IntRange(1, 10_000), help="Tiles from bottom to top."
 )
 @click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(0), help="The same seed gives the same grid."
