@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import shapely
 
 Ring = list[tuple[float, float]]
@@ -28,8 +29,7 @@ def repair(polygons: list[list[Ring]]) -> tuple[list[list[Ring]], list[str]]:
     repaired: list[list[Ring]] = []
     said = []
     for k, rings in enumerate(polygons):
-        outer, *holes = rings
-        drawn = shapely.Polygon(outer, holes)
+        drawn = _drawn(rings)
         if drawn.is_valid and drawn.area > 0:
             repaired.append(rings)
             continue
@@ -56,7 +56,12 @@ def repair(polygons: list[list[Ring]]) -> tuple[list[list[Ring]], list[str]]:
 
 def area_of(polygons: list[list[Ring]]) -> shapely.Geometry:
     """The union of polygons, an area."""
-    return shapely.union_all([_area(shapely.Polygon(outer, holes)) for outer, *holes in polygons])
+    return shapely.union_all([_area(_drawn(rings)) for rings in polygons])
+
+
+def _drawn(rings: list[Ring]) -> shapely.Polygon:
+    outer, *holes = [np.asarray(ring, np.float64) for ring in rings]  # lists of points are slow to convert
+    return shapely.Polygon(outer, holes)
 
 
 def _area(drawn: shapely.Polygon) -> shapely.Geometry:
