@@ -5,6 +5,8 @@ import math
 import numpy as np
 import shapely
 
+from slicer.clip import BORDER_MM
+
 Ring = list[tuple[float, float]]
 """The corners of a closed line, in mm."""
 
@@ -30,11 +32,10 @@ def repair(polygons: list[list[Ring]]) -> tuple[list[list[Ring]], list[str]]:
     said = []
     for k, rings in enumerate(polygons):
         drawn = _drawn(rings)
-        if drawn.is_valid and drawn.area > 0:
+        if drawn.is_valid and _solid(drawn):
             repaired.append(rings)
             continue
-        area = _area(drawn)
-        parts = [part for part in shapely.get_parts(area).tolist() if part.area > 0]
+        parts = shapely.get_parts(_area(drawn)).tolist()
         before, after = max(0.0, drawn.area), math.fsum(part.area for part in parts)
         fault = _fault(drawn)
         if not parts:
@@ -65,10 +66,16 @@ def _drawn(rings: list[Ring]) -> shapely.Polygon:
 
 
 def _area(drawn: shapely.Polygon) -> shapely.Geometry:
-    if drawn.is_valid:
+    if drawn.is_valid and _solid(drawn):
         return drawn
     outer, *holes = [_enclosed(ring) for ring in (drawn.exterior, *drawn.interiors)]
-    return shapely.difference(outer, shapely.union_all(holes))
+    parts = shapely.get_parts(shapely.difference(outer, shapely.union_all(holes)))
+    return shapely.union_all([part for part in parts.tolist() if _solid(part)])
+
+
+def _solid(part: shapely.Polygon) -> bool:
+    """Whether it is an area, and no line but for rounding, with which overlays go wrong."""
+    return bool(part.area > BORDER_MM * part.length / 2)
 
 
 def _enclosed(ring: shapely.LinearRing) -> shapely.Geometry:
@@ -79,6 +86,8 @@ def _enclosed(ring: shapely.LinearRing) -> shapely.Geometry:
 
 def _fault(drawn: shapely.Polygon) -> str:
     """Why a polygon is no simple one, in GEOS's words and with the place."""
+    if drawn.is_valid:
+        return "thinner than a nanometre"
     reason, _, place = str(shapely.is_valid_reason(drawn)).partition("[")
     where = ", ".join(f"{float(number):g}" for number in place.rstrip("]").split())
     return reason.strip().lower() + (f" at ({where})" if where else "")

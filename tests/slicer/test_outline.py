@@ -261,8 +261,13 @@ def test_what_is_simple_is_left_alone(ring):
 
 @pytest.mark.parametrize(
     "polygon",
-    [[[(0, 0), (1, 1), (2, 2)]], [[(1, 1)] * 4], [box(1, 1, 2, 2), box(0, 0, 3, 3)]],
-    ids=["in a line", "a point", "all hole"],
+    [
+        [[(0, 0), (1, 1), (2, 2)]],
+        [[(1, 1)] * 4],
+        [box(1, 1, 2, 2), box(0, 0, 3, 3)],
+        [[(2.1, 0.5), (2.0, 0.4), (1.9, 0.3)]],
+    ],
+    ids=["in a line", "a point", "all hole", "in a line but for rounding"],
 )
 def test_an_outline_without_area_is_refused_and_one_of_several_left_out(polygon):
     fields = {"tile_mm": 4, "spacing_mm": 1, "angles_deg": [[0]]}
