@@ -1,5 +1,6 @@
 """How an error reaches the user: its text on stderr and an exit code, never a traceback unasked."""
 
+import os
 import sys
 import traceback
 
@@ -31,7 +32,11 @@ def report(error: Exception, *, traceback_wanted: bool) -> int:
         print("Aborted.", file=sys.stderr)
         return 130
     known = type(error).__module__.split(".")[0] in OWN_PACKAGES
+    lost = lose_stdout()
     if isinstance(error, BrokenPipeError):
+        return 1
+    if lost is not None and isinstance(error, OSError) and str(error).startswith("[Errno"):
+        print(f"Error: standard output: cannot be written: {lost}", file=sys.stderr)
         return 1
     if known or isinstance(error, OSError):
         print(f"Error: {error}", file=sys.stderr)
@@ -42,3 +47,20 @@ def report(error: Exception, *, traceback_wanted: bool) -> int:
         file=sys.stderr,
     )
     return 1
+
+
+def lose_stdout() -> str | None:
+    """Why standard output cannot be written, if so; what it has not taken is dropped.
+
+    Python would try once more when it ends, and complain in words of its own.
+    """
+    if sys.stdout is None:
+        return None
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, sys.stdout.fileno())
+        os.close(nothing)
+        return error.strerror or str(error)
+    return None

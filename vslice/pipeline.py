@@ -1,6 +1,5 @@
 """The main job, grid file to program: what ``slice`` writes and ``send`` streams."""
 
-import json
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import profiles
-from gcode import emit, program
+from gcode import advice, emit, program
 from profiles import Profile
 from slicer import grid, hatch, sequence, travel
 from slicer.errors import SlicerError
@@ -44,12 +43,21 @@ class Sliced:
             picture = preview.thumbnail(self.plan, self.profile.gcode.thumbnail_px)
         return emit.emit(self.program, self.profile, self.facts, thumbnail_png=picture)
 
+    def advice(self) -> list[str]:
+        """What the user should think about before printing."""
+        return advice.advice(self.program, self.profile, *self._spacing_and_length())
+
     @property
     def room_ul(self) -> float:
         """Volume that the toolpaths have to themselves: length by spacing by width of a bead."""
-        length = np.hypot(*(self.plan.toolpaths[:, 1] - self.plan.toolpaths[:, 0]).T)
+        spacing, length = self._spacing_and_length()
+        return float((length * spacing).sum()) * self.profile.material.width_mm
+
+    def _spacing_and_length(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Of each toolpath in the order of printing, in mm."""
         col, row = self.lines.tile[self.result.order].T
-        return float((length * self.sheet.spacing_mm[row, col]).sum()) * self.profile.material.width_mm
+        length = np.hypot(*(self.plan.toolpaths[:, 1] - self.plan.toolpaths[:, 0]).T)
+        return self.sheet.spacing_mm[row, col], length
 
     @property
     def in_file_order_mm(self) -> float:
@@ -151,6 +159,4 @@ def slice_grid(
         "travel_routed_mm": f"{plan.routed_mm:.3f}",
         "printed_mm": f"{plan.printed_mm:.3f}",
     }
-    if overrides:
-        facts["settings"] = json.dumps(overrides)
     return Sliced(sheet, lines, result, plan, made, profile, facts)
