@@ -69,8 +69,8 @@ def _short(material: Material, length_mm: NDArray[np.float64]) -> list[str]:
         return []
     return [
         f"{_of(short)} are shorter, the shortest {length_mm.min():.3f} mm, than a line is wide, "
-        f"{plain(material.width_mm)} mm ([material] width_mm): they come out as dots. min_length_mm in the grid "
-        "leaves them out."
+        f"{plain(material.width_mm)} mm ([material] width_mm): they come out as dots. "
+        "min_length_mm in the grid leaves them out."
     ]
 
 
@@ -80,7 +80,7 @@ def _steps(program: Program, profile: Profile) -> list[str]:
         return []
     step = material.feed_step_mm or FEED_STEP_MM[material.feed]
     said = f"the smallest step of the feed, {plain(step)} mm ([material] feed_step_mm)"
-    feed = np.array([move.e_mm for move in program.moves if move.kind == Kind.EXTRUDE])
+    feed = np.array([move.e_mm for move in program.moves if move.kind == Kind.EXTRUDE and move.toolpath >= 0])
     found = []
     if (feed < step).any():
         found.append(

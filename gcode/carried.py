@@ -90,7 +90,8 @@ def read(comments: Iterable[str], source: str, overrides: Sequence[str] = ()) ->
     if strange:
         raise ProfileError(
             f"{source}: was made by vslice {version or 'of an unknown version'}, whose profiles have "
-            f"what this version does not know: {', '.join(strange)}. Use that version, or give the machine with -p."
+            f"what this version does not know: {', '.join(strange)}. "
+            "Use that version, or give the machine with -p."
         )
     profile = made(f"{source}: its profile {name}", settings, overrides)
     unsaid = [f"{key} = {_json(value)}" for key, value in known.items() if key not in entries]

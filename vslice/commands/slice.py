@@ -115,7 +115,7 @@ def command(
         from vslice.commands.send import check, send_file
 
         check(target, sliced.profile)
-        click.get_current_context().exit(send_file(target, port, sliced.profile, profile_name))
+        click.get_current_context().exit(send_file(target, port, sliced.profile, ""))
 
 
 def _begin(step: Steps, name: str, workers: int) -> None:
