@@ -105,4 +105,8 @@ def main(argv: list[str] | None = None) -> Any:
             sys.stdout.flush()
         sys.exit(code)
     except Exception as error:  # noqa: BLE001 - the outermost frame: every error becomes an exit code here
-        sys.exit(report(error, traceback_wanted="-vv" in words or words.count("-v") > 1))
+        try:
+            code = report(error, traceback_wanted="-vv" in words or words.count("-v") > 1)
+        except OSError:  # standard error takes nothing either: the exit code is all that can be told
+            code = 1
+        sys.exit(code)

@@ -32,11 +32,11 @@ def report(error: Exception, *, traceback_wanted: bool) -> int:
         print("Aborted.", file=sys.stderr)
         return 130
     known = type(error).__module__.split(".")[0] in OWN_PACKAGES
-    lost = lose_stdout()
+    _forget_stdout()
     if isinstance(error, BrokenPipeError):
         return 1
-    if lost is not None and isinstance(error, OSError) and str(error).startswith("[Errno"):
-        print(f"Error: standard output: cannot be written: {lost}", file=sys.stderr)
+    if isinstance(error, OSError) and _came_from_echo(error):
+        print(f"Error: standard output: cannot be written: {error.strerror}", file=sys.stderr)
         return 1
     if known or isinstance(error, OSError):
         print(f"Error: {error}", file=sys.stderr)
@@ -49,18 +49,19 @@ def report(error: Exception, *, traceback_wanted: bool) -> int:
     return 1
 
 
-def lose_stdout() -> str | None:
-    """Why standard output cannot be written, if so; what it has not taken is dropped.
-
-    Python would try once more when it ends, and complain in words of its own.
-    """
+def _forget_stdout() -> None:
+    """Drop what standard output has not taken: Python would try again when it ends, and complain itself."""
     if sys.stdout is None:
-        return None
+        return
     try:
         sys.stdout.flush()
-    except OSError as error:
+    except OSError:
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, sys.stdout.fileno())
         os.close(nothing)
-        return error.strerror or str(error)
-    return None
+
+
+def _came_from_echo(error: OSError) -> bool:
+    """Whether it was raised while text was printed: such an error names no file."""
+    *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+    return str(frame.f_globals.get("__name__")) in ("click.utils", "vslice.cli")

@@ -33,7 +33,9 @@ def test_a_circle_through_another_folder_or_a_link_is_seen(tmp_path):
 
 def test_what_is_extended_twice_is_no_circle_and_a_chain_may_be_long(tmp_path):
     for k in range(300):
-        (tmp_path / f"p{k}.toml").write_text(f'extends = "p{k + 1}.toml"\n[machine]\nfixed_mm = {k}\noffset_mm = {k}\n')
+        (tmp_path / f"p{k}.toml").write_text(
+            f'extends = "p{k + 1}.toml"\n[machine]\nfixed_mm = {k}\noffset_mm = {k}\n'
+        )
     (tmp_path / "p300.toml").write_text('extends = "marlin-syringe"\n[machine]\nbed_z_mm = 3\n')
     made = profiles.load(str(tmp_path / "p0.toml"))
     assert (made.machine.fixed_mm, made.machine.bed_z_mm, made.material.feed) == (0, 3, "syringe")

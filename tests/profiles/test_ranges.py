@@ -8,7 +8,20 @@ from pydantic import BaseModel
 import profiles
 from profiles import Profile, ProfileError
 
-HOSTILE = ["1e-308", "1e308", "-1e308", "-1.0", "nan", "inf", "5e-324", "1" + "0" * 400, "0x" + "f" * 5000, "-0.0", "[1e308]", "true"]
+HOSTILE = [
+    "1e-308",
+    "1e308",
+    "-1e308",
+    "-1.0",
+    "nan",
+    "inf",
+    "5e-324",
+    "1" + "0" * 400,
+    "0x" + "f" * 5000,
+    "-0.0",
+    "[1e308]",
+    "true",
+]
 
 
 def numbers():
@@ -47,7 +60,9 @@ def test_the_walk_over_the_schema_misses_no_number():
 @pytest.mark.parametrize(("section", "key", "place", "schema"), NUMBERS, ids=IDS)
 def test_every_number_has_a_range_with_two_ends(section, key, place, schema):
     assert -1e6 <= schema["minimum"] < schema["maximum"] <= 12e6
-    if key.endswith(("speed_mm_s", "diameter_mm", "bore_mm", "width_mm", "height_mm", "acceleration_mm_s2", "volume_mm")):
+    if key.endswith(
+        ("speed_mm_s", "diameter_mm", "bore_mm", "width_mm", "height_mm", "acceleration_mm_s2", "volume_mm")
+    ):
         assert schema["minimum"] > 0
 
 

@@ -91,7 +91,9 @@ def test_the_whole_profile_stands_behind_all_that_is_printed(taken, tmp_path):
 def test_p_overrides_and_says_what_differs(run, taken):
     code, _, err = run("check", "w.gcode", "-p", "marlin-syringe", "--set", "gcode.start=[]")
     assert "w.gcode: was made for my.toml; marlin-syringe is used, which differs:\n" in err
-    assert "  machine.build_volume_mm: [100.0, 120.0, 80.0] in the program, [150.0, 150.0, 120.0] given\n" in err
+    assert (
+        "  machine.build_volume_mm: [100.0, 120.0, 80.0] in the program, [150.0, 150.0, 120.0] given\n" in err
+    )
     assert "description" not in err
     assert code == 0
     Path("same.toml").write_text(MINE + "[motion]\nprint_speed_mm_s = 7\n")
@@ -152,18 +154,26 @@ def rewritten(text, change):
 
 
 def test_settings_of_another_version_are_named(run, taken):
-    text = rewritten(taken, lambda found: found | {"version": "9.1", "motion.jolt_mm_s": 3.0, "nozzle.width_mm": 1})
+    text = rewritten(
+        taken, lambda found: found | {"version": "9.1", "motion.jolt_mm_s": 3.0, "nozzle.width_mm": 1}
+    )
     Path("w.gcode").write_text(text)
     code, _, err = run("check", "w.gcode")
     assert code == 2
     assert "made by vslice 9.1" in err
     assert "does not know: motion.jolt_mm_s, nozzle.width_mm. Use that version" in err
 
-    text = rewritten(taken, lambda found: {k: v for k, v in found.items() if k != "motion.approach_mm"} | {"version": "0.0.9"})
+    text = rewritten(
+        taken,
+        lambda found: {k: v for k, v in found.items() if k != "motion.approach_mm"} | {"version": "0.0.9"},
+    )
     Path("w.gcode").write_text(text)
     code, _, err = run("check", "w.gcode")
     assert code == 0
-    assert "made by vslice 0.0.9, which did not know these settings; this version takes motion.approach_mm = 5.0." in err
+    assert (
+        "made by vslice 0.0.9, which did not know these settings; this version takes motion.approach_mm = 5.0."
+        in err
+    )
 
     Path("w.gcode").write_text(rewritten(taken, lambda found: found | {"machine.fixed_mm": 1e308}))
     code, _, err = run("check", "w.gcode")
@@ -187,7 +197,9 @@ def test_two_machines_of_one_name_are_two_machines(run, tmp_path):
     for folder, fixed in (("a", 30), ("b", 40)):
         Path(folder).mkdir()
         Path(folder, "lab.toml").write_text(f"[machine]\nfixed_mm = {fixed}\n")
-        assert run("w.json", "-o", f"{folder}.gcode", "-p", f"{folder}/lab.toml", "--method", "greedy")[0] == 0
+        assert (
+            run("w.json", "-o", f"{folder}.gcode", "-p", f"{folder}/lab.toml", "--method", "greedy")[0] == 0
+        )
         Path(folder, "lab.toml").write_text("[machine]\nbuild_volume_mm = [1.0, 1.0, 1.0]\n")
         assert run("check", f"{folder}.gcode")[0] == 0, "the file of that name was read again"
     _, _, err = run("check", "b.gcode", "-p", "a/lab.toml")
@@ -233,7 +245,9 @@ def test_the_same_input_gives_the_same_block(run, taken, tmp_path):
 def test_long_settings_are_cut_and_put_together_whatever_editors_do(run):
     Path("w.json").write_text(TILE)
     lines = ["M117 " + "a  b" * 20 + "   c" * k for k in range(30)]
-    Path("my.toml").write_text("[gcode]\nstart = [" + ", ".join(f'"{line}"' for line in ["G28", *lines]) + "]\n")
+    Path("my.toml").write_text(
+        "[gcode]\nstart = [" + ", ".join(f'"{line}"' for line in ["G28", *lines]) + "]\n"
+    )
     assert run("w.json", "-o", "w.gcode", "-p", "my.toml", "--method", "greedy")[0] == 0
     text = Path("w.gcode").read_text()
     block = text[text.index("; vslice profile begin") :]
