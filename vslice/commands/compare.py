@@ -89,7 +89,7 @@ def command(
 
     names = _methods(methods, list(sequence.METHODS))
     goal = objective_name(objective)
-    if len(study.runs(names, 2, goal)) == len(study.runs(names, 1, goal)):
+    if seeds > 1 and len(study.runs(names, 2, goal)) == len(study.runs(names, 1, goal)):
         no_effect(f"{', '.join(names)}, which draws no random numbers", "seeds")
     if all("effort" in IGNORED.get(name, ()) for name in names):
         no_effect(", ".join(names), "effort")
