@@ -80,12 +80,13 @@ def _steps(program: Program, profile: Profile) -> list[str]:
         return []
     step = material.feed_step_mm or FEED_STEP_MM[material.feed]
     said = f"the smallest step of the feed, {plain(step)} mm ([material] feed_step_mm)"
+    finer = "a narrower syringe or a finer drive" if material.feed == "syringe" else "a finer drive"
     feed = np.array([move.e_mm for move in program.moves if move.kind == Kind.EXTRUDE and move.toolpath >= 0])
     found = []
     if (feed < step).any():
         found.append(
-            f"{_of(feed < step)} take less, the least {feed.min():.2g} mm, than {said}: their material comes "
-            "with a later one. Use a narrower syringe or a finer drive, or print wider or longer lines."
+            f"{_of(feed < step)} take less, the least {feed.min():.3g} mm, than {said}: their material comes "
+            f"with a later one. Use {finer}, or print wider or longer lines."
         )
     if 0 < profile.motion.retract_mm < step and not profile.motion.firmware_retraction:
         found.append(f"[motion] retract_mm, {plain(profile.motion.retract_mm)} mm, is less than {said}.")

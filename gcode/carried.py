@@ -9,10 +9,12 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
+from gcode.errors import ParseError
 from profiles import Profile, ProfileError, made
 
 BEGIN = "vslice profile begin"
@@ -96,6 +98,29 @@ def read(comments: Iterable[str], source: str, overrides: Sequence[str] = ()) ->
     profile = made(f"{source}: its profile {name}", settings, overrides)
     unsaid = [f"{key} = {_json(value)}" for key, value in known.items() if key not in entries]
     return Carried(name, version, profile, unsaid)
+
+
+def read_file(path: Path, overrides: Sequence[str] = ()) -> Carried | None:
+    """The profile that the program in a file carries; see ``read``.
+
+    Raises:
+        ParseError: the file cannot be read.
+        ProfileError: as ``read``.
+    """
+    return read(comments_in(path), str(path), overrides)
+
+
+def comments_in(path: Path) -> Iterator[str]:
+    """``comments_of`` a file.
+
+    Raises:
+        ParseError: the file cannot be read.
+    """
+    try:
+        with path.open(encoding="utf-8", errors="replace") as lines:  # comments may be in any encoding
+            yield from comments_of(lines)
+    except OSError as error:
+        raise ParseError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 def comments_of(lines: Iterable[str]) -> Iterator[str]:

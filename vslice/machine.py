@@ -1,13 +1,12 @@
 """Which machine a program is for: the one that the user names, or else the one that it carries."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 import profiles
 from gcode import carried
-from gcode.errors import ParseError
 from gcode.head import facts_of, read_head
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
@@ -86,15 +85,7 @@ def read_profile(path: Path, name: str | None, overrides: tuple[str, ...]) -> tu
         ParseError: the file cannot be read.
         ProfileError: no such profile, a setting that is wrong, or a lost profile.
     """
-    return profile_for(list(_comments(path)), str(path), name, overrides)
-
-
-def _comments(path: Path) -> Iterator[str]:
-    try:
-        with path.open(encoding="utf-8", errors="replace") as lines:
-            yield from carried.comments_of(lines)
-    except OSError as error:
-        raise ParseError(f"{path}: cannot be read: {error.strerror}") from None
+    return profile_for(list(carried.comments_in(path)), str(path), name, overrides)
 
 
 def mismatch(moves: Sequence[Move], grid_sha256: str | None) -> list[str]:

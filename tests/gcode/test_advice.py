@@ -64,7 +64,7 @@ def test_steps_of_a_wide_syringe_are_counted():
     below = sum(e < 0.000125 for e in feed)
     assert 0 < below <= n
     assert sentence.startswith(
-        f"{below} of {n} toolpaths take less, the least {min(feed):.2g} mm, than the smallest step of the feed, 0.000125 mm"
+        f"{below} of {n} toolpaths take less, the least {min(feed):.3g} mm, than the smallest step of the feed, 0.000125 mm"
     )
     assert not [
         s

@@ -1,5 +1,6 @@
 """A program carries its machine: wherever it is taken, the commands judge and stream it by that machine."""
 
+import json
 import re
 from pathlib import Path
 
@@ -7,7 +8,10 @@ import pytest
 
 import profiles
 from gcode import carried
+from gcode.errors import ParseError
 from printer import Settings
+from printer.dry_run import dry_run
+from printer.journal import journal_path, read_journal
 
 TILE = '{"tile_mm": 5.0, "spacing_mm": 0.4, "angles_deg": [[-45]]}'
 MINE = """
@@ -53,7 +57,6 @@ def test_the_users_story(run, taken, tmp_path, monkeypatch):
     assert run("preview", "w.gcode")[0] == 0
 
     spoken = []
-    dry_run = __import__("printer.dry_run", fromlist=["dry_run"]).dry_run
 
     def spied(program, settings, *rest, **more):
         spoken.append(settings)
@@ -82,6 +85,7 @@ def test_the_whole_profile_stands_behind_all_that_is_printed(taken, tmp_path):
     found = carried.read(carried.comments_of(taken.splitlines()), "w.gcode")
     made = profiles.load(str(tmp_path / "my.toml"), ["motion.print_speed_mm_s=7"])
     assert (found.name, found.profile, found.unsaid) == ("my.toml", made, [])
+    assert carried.read_file(Path("w.gcode")) == found
     for section, values in made:
         for key in type(values).model_fields:
             assert f"\n; {section}.{key} = " in block
@@ -148,7 +152,7 @@ def rewritten(text, change):
     head, _, block = text.partition("; vslice profile begin\n")
     lines, _, _ = block.partition("; vslice profile end")
     found = dict(line[2:].split(" = ", 1) for line in lines.splitlines())
-    found = change({key: __import__("json").loads(value) for key, value in found.items()})
+    found = change({key: json.loads(value) for key, value in found.items()})
     said = "".join(f"; {key} = {carried._json(value)}\n" for key, value in found.items())
     return f"{head}; vslice profile begin\n{said}; vslice profile end sha256:{carried._hash(found)}\n"
 
@@ -256,3 +260,22 @@ def test_long_settings_are_cut_and_put_together_whatever_editors_do(run):
     edited = "\r\n".join("  " + line.rstrip() + "  " for line in text.splitlines())
     found = carried.read(carried.comments_of(edited.splitlines()), "w.gcode")
     assert found.profile == profiles.load("my.toml")
+
+
+def test_a_library_user_is_told_of_a_missing_file(tmp_path):
+    with pytest.raises(ParseError, match=r"gone.gcode: cannot be read: No such file"):
+        carried.read_file(tmp_path / "gone.gcode")
+    (tmp_path / "other.gcode").write_text("G28 ; homing\n")
+    assert carried.read_file(tmp_path / "other.gcode") is None
+
+
+def test_a_job_that_was_interrupted_is_resumed_by_the_machine_of_its_program(run, taken):
+    """The journal holds what the user gave with -p, and nothing where the program carries its machine."""
+    code, _, err = run("send", "w.gcode", "--port", "marlin://?clock=fast")
+    assert code == 0, err
+    path = journal_path(Path("w.gcode"))
+    assert read_journal(path).job.profile == ""
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:1]))
+    code, _, err = run("send", "--resume", "w.gcode", "--port", "marlin://?clock=fast", "--yes")
+    assert "no such profile" not in err
+    assert "assuming" not in err
