@@ -152,3 +152,14 @@ def test_extremes_together_slice_or_are_refused_in_words(run):
         else:
             assert "mm" in err, err
     assert 0 in ended
+
+
+@pytest.mark.parametrize("text", ["nan", "inf", "-inf", "1e999"])
+def test_what_is_no_number_of_seconds_or_mm_is_refused_by_the_option_itself(run, text):
+    Path("sheet.json").write_text(TILE)
+    for name, option, kind in NUMERIC:
+        if name != "send" and kind.name.startswith("float"):
+            file = [INPUT[name]] if name in INPUT else []
+            code, _, err = run(name, *file, option, text)
+            assert code == 2
+            assert f"'{option}': {float(text)} is not in the range" in err
