@@ -4,6 +4,7 @@ import base64
 import math
 from collections.abc import Iterator, Mapping
 
+from gcode import carried
 from gcode.bead import feed_area_mm2
 from gcode.estimate import seconds_of
 from gcode.moves import Kind, Move
@@ -24,12 +25,14 @@ def emit(
     takes from E is given to the next toolpath, so that the sum is right to the last decimal.
 
     Args:
-        facts: what is written as ``; vslice key = value`` in the head.
+        facts: what is written as ``; vslice key = value`` in the head; "profile" and "version" also name the
+            profile, which stands whole at the end.
         thumbnail_png: a picture for the head; its size is [gcode] thumbnail_px.
     """
     yield from _head(program, profile, facts, thumbnail_png)
     yield from _body(program, profile)
     yield from _tail(program, profile)
+    yield from carried.write(profile, facts.get("profile", ""), facts.get("version", ""))
 
 
 def _head(
@@ -40,7 +43,8 @@ def _head(
     yield f";TIME:{math.ceil(program.seconds)}"
     yield f";Filament used: {program.feed_mm / 1000:.5f}m"
     for key, value in facts.items():
-        yield f"; vslice {key} = {value}"
+        # The name of a file may hold a line end, and what is behind it would be a command.
+        yield f"; vslice {key} = {value if value.isprintable() else ascii(value)}"
     yield f"; vslice shift_mm = {program.shift_mm[0]:.6f} {program.shift_mm[1]:.6f}"
     yield f"; vslice material_ul = {program.material_ul:.3f}"
     if thumbnail_png is not None and profile.gcode.thumbnail_px is not None:

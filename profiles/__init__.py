@@ -1,7 +1,7 @@
 """What a machine is: the schema of a profile and one TOML file for each shipped machine."""
 
-from profiles.load import ProfileError, load, shipped
+from profiles.load import ProfileError, load, made, shipped
 from profiles.profile import Profile
 from profiles.template import plain, render
 
-__all__ = ["Profile", "ProfileError", "load", "plain", "render", "shipped"]
+__all__ = ["Profile", "ProfileError", "load", "made", "plain", "render", "shipped"]

@@ -11,6 +11,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from profiles.profile import Profile
+from profiles.template import plain
+
+MOST_BYTES = 1_000_000
 
 
 class ProfileError(Exception):
@@ -34,6 +37,15 @@ def load(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
         ProfileError: no such profile, no TOML, unknown keys, values out of range, bad templates.
     """
     source, settings = _settings(name_or_path)
+    return made(source, settings, overrides)
+
+
+def made(source: str, settings: dict[str, Any], overrides: Sequence[str] = ()) -> Profile:
+    """The profile of the settings of each section, with ``overrides`` on top as in ``load``.
+
+    Raises:
+        ProfileError: unknown keys, values out of range, bad templates; each line begins with ``source``.
+    """
     for override in overrides:
         _override(settings, override)
     try:
@@ -43,48 +55,71 @@ def load(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
         raise ProfileError("\n".join(f"{source}: {problem}" for problem in dict.fromkeys(problems))) from None
 
 
-def _settings(name_or_path: str, depth: int = 0) -> tuple[str, dict[str, Any]]:
-    """Where a profile comes from, and its settings, those of what it extends included."""
-    if name_or_path in shipped():
-        source = name_or_path
-        text = resources.files("profiles").joinpath(f"{name_or_path}.toml").read_text("utf-8")
+def _settings(name_or_path: str) -> tuple[str, dict[str, Any]]:
+    """Where a profile comes from, and its settings, those of all that it extends included."""
+    chain: list[str] = []
+    layers: list[dict[str, Any]] = []
+    seen: set[str | Path] = set()
+    name: str | None = name_or_path
+    while name is not None:
+        file = None if name in shipped() else Path(name)
+        chain.append(name)
+        where = " -> ".join(chain)
+        place = name if file is None else file.resolve()
+        if place in seen:
+            raise ProfileError(f"{where}: extends goes round in a circle; one of them must extend nothing.")
+        seen.add(place)
+        settings = _toml(where, name, file)
+        base = settings.pop("extends", None)
+        if base is not None and not isinstance(base, str):
+            raise ProfileError(
+                f"{where}: extends is {_shown(base)}; it must name one profile, as a text in quotes."
+            )
+        layers.append(settings)
+        # A file is looked for beside the one that names it, wherever vslice was started.
+        name = base if base is None or base in shipped() or file is None else str(file.parent / base)
+    merged = layers.pop()
+    for settings in reversed(layers):
+        for section, values in settings.items():
+            if isinstance(values, dict) and isinstance(merged.get(section), dict):
+                merged[section] |= values
+            else:
+                merged[section] = values
+    return name_or_path, merged
+
+
+def _toml(where: str, name: str, file: Path | None) -> dict[str, Any]:
+    """What one file says, that of a shipped profile or ``file``; ``where`` is how it was come to."""
+    if file is None:
+        text = resources.files("profiles").joinpath(f"{name}.toml").read_text("utf-8")
     else:
-        source, text = name_or_path, _read(Path(name_or_path))
+        text = _read(where, name, file)
     try:
-        settings = tomllib.loads(text)
+        return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, ValueError) as error:
-        raise ProfileError(f"{source}: this is no TOML: {error}.") from None
+        raise ProfileError(f"{where}: this is no TOML: {error}.") from None
     except RecursionError:
-        raise ProfileError(f"{source}: is nested too deeply; a profile has sections and settings.") from None
-    base = settings.pop("extends", None)
-    if base is None:
-        return source, settings
-    if not isinstance(base, str) or depth > 8:
-        raise ProfileError(f"{source}: extends must name a profile that does not extend this one in turn.")
-    near = Path(source).parent / base
-    try:
-        _, inherited = _settings(str(near) if base not in shipped() and near.is_file() else base, depth + 1)
-    except ProfileError as error:
-        raise ProfileError(f"{source}: extends = '{base}': {error}") from None
-    for section, values in settings.items():
-        if isinstance(values, dict) and isinstance(inherited.get(section), dict):
-            inherited[section] |= values
-        else:
-            inherited[section] = values
-    return source, inherited
+        raise ProfileError(f"{where}: is nested too deeply; a profile has sections and settings.") from None
 
 
-def _read(path: Path) -> str:
-    if not path.is_file():
-        near = difflib.get_close_matches(str(path), shipped(), n=1)
+def _read(where: str, name: str, path: Path) -> str:
+    if not path.exists() or path.is_dir():
+        near = difflib.get_close_matches(path.name, shipped(), n=1)
         hint = f"Did you mean '{near[0]}'?" if near else f"Shipped are {', '.join(shipped())}."
-        if path.with_suffix(".toml").is_file():
-            hint = f"Did you mean '{path.with_suffix('.toml')}'?"
-        raise ProfileError(f"{path}: there is no such profile or file. {hint}")
+        if path.with_name(path.name + ".toml").is_file():
+            hint = f"Did you mean '{name}.toml'?"
+        raise ProfileError(f"{where}: there is no such profile or file. {hint}")
     try:
-        return path.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ProfileError(f"{path}: cannot be read as text: {error}.") from None
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise ProfileError(f"{where}: cannot be read: {error.strerror}.") from None
+    if len(data) > MOST_BYTES:
+        raise ProfileError(f"{where}: has more than {MOST_BYTES} bytes; a profile has a few thousand.")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ProfileError(f"{where}: cannot be read as text: {error}.") from None
 
 
 def _override(settings: dict[str, Any], override: str) -> None:
@@ -122,16 +157,24 @@ def _line(detail: ErrorDetails) -> str:
         return f"{what} '{loc[-1]}'. {hint}"
     keys = [step for step in loc[1:] if isinstance(step, int) or step in sections[section].model_fields]
     place = f"[{section}] " + "".join(f"[{k}]" if isinstance(k, int) else str(k) for k in keys)
-    if kind in ("greater_than", "greater_than_equal", "less_than_equal"):
-        words = {"greater_than": "above", "greater_than_equal": "at least", "less_than_equal": "at most"}
-        limit = limits.get("gt", limits.get("ge", limits.get("le")))
-        return f"{place}: {found} must be {words[kind]} {limit:g}."
+    if kind in ("greater_than_equal", "less_than_equal"):
+        word, limit = ("at least", limits["ge"]) if "ge" in limits else ("at most", limits["le"])
+        return f"{place}: {_shown(found)} must be {word} {plain(limit)}."
     if kind == "literal_error":
-        return f"{place}: {found!r} must be {limits['expected']}."
+        return f"{place}: {_shown(found)} must be {limits['expected']}."
     if kind in ("missing", "too_long", "tuple_type"):
         field = sections[section].model_fields[str(keys[0])]
-        return f"[{section}] {keys[0]}: {found!r:.60} must be {_wanted(field.annotation)}."
-    return f"{place}: {found!r:.60}: {detail['msg']}."
+        return f"[{section}] {keys[0]}: {_shown(found)} must be {_wanted(field.annotation)}."
+    return f"{place}: {_shown(found)}: {detail['msg']}."
+
+
+def _shown(value: object) -> str:
+    """A value as it was given, cut where it is long; a whole number may be too long to be written at all."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _wanted(annotation: Any) -> str:

@@ -1,17 +1,32 @@
 """What a machine is: every setting once, with its unit in the name, its default, bounds and help."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from profiles.template import check_template
 
-Count = Annotated[int, Field(strict=True)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-PerAxis = tuple[Positive, Positive, Positive, Positive]
+
+def _between(low: float, high: float) -> Any:
+    """A number in a range that no real machine leaves; what lies outside is a slip of the unit or the pen."""
+    return Field(strict=True, allow_inf_nan=False, ge=low, le=high)
+
+
+Place = Annotated[float, _between(-100_000, 100_000)]
+Side = Annotated[float, _between(0.1, 100_000)]
+Diameter = Annotated[float, _between(0.05, 1000)]
+Bead = Annotated[float, _between(0.001, 100)]
+Distance = Annotated[float, _between(0, 10_000)]
+FeedLength = Annotated[float, _between(0, 1000)]
+# F is written in tenths of mm/min: slower than a tenth, 0.0017 mm/s, cannot be said.
+Speed = Annotated[float, _between(0.002, 10_000)]
+Acceleration = Annotated[float, _between(0.1, 1_000_000)]
+Temperature = Annotated[float, _between(0, 2000)]
+Dwell = Annotated[float, _between(0, 3600)]
+Wait = Annotated[float, _between(0.01, 86_400)]
+Pixels = Annotated[int, Field(strict=True, ge=16, le=1024)]
+PerAxis = tuple[Speed, Speed, Speed, Speed]
 
 
 class _Section(BaseModel):
@@ -24,22 +39,22 @@ class Machine(_Section):
     description: Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")] = Field(
         "Any printer that runs Marlin", description="One line that says which machine."
     )
-    build_volume_mm: tuple[Positive, Positive, Positive] = Field(
+    build_volume_mm: tuple[Side, Side, Side] = Field(
         (220.0, 220.0, 250.0), description="Size of the build volume along X, Y and Z."
     )
-    build_corner_mm: tuple[Number, Number, Number] = Field(
+    build_corner_mm: tuple[Place, Place, Place] = Field(
         (0.0, 0.0, 0.0), description="Lowest X, Y and Z of the build volume."
     )
     plane: Literal["XZ", "YZ"] = Field(
         "XZ", description="The plane of the sheet: its x runs along X or Y, its y along Z."
     )
-    offset_mm: Number = Field(10.0, description="Position of sheet x = 0 along the sheet's horizontal axis.")
-    fixed_mm: Number = Field(110.0, description="Position of the sheet on the remaining axis.")
-    bed_z_mm: Number = Field(0.0, description="Z of the nozzle when it touches the bed.")
+    offset_mm: Place = Field(10.0, description="Position of sheet x = 0 along the sheet's horizontal axis.")
+    fixed_mm: Place = Field(110.0, description="Position of the sheet on the remaining axis.")
+    bed_z_mm: Place = Field(0.0, description="Z of the nozzle when it touches the bed.")
     max_speed_mm_s: PerAxis = Field(
         (200.0, 200.0, 10.0, 50.0), description="Highest speed of X, Y, Z and E (Marlin: M203)."
     )
-    max_acceleration_mm_s2: PerAxis = Field(
+    max_acceleration_mm_s2: tuple[Acceleration, Acceleration, Acceleration, Acceleration] = Field(
         (1000.0, 1000.0, 100.0, 5000.0), description="Highest acceleration of X, Y, Z and E (Marlin: M201)."
     )
 
@@ -50,42 +65,51 @@ class Material(_Section):
     feed: Literal["filament", "syringe", "pneumatic"] = Field(
         "filament", description="A driven filament, a driven plunger, or air pressure behind a valve."
     )
-    filament_diameter_mm: Positive = Field(1.75, description="Diameter of the filament.")
-    syringe_bore_mm: Positive = Field(12.0, description="Inner diameter of the syringe.")
+    filament_diameter_mm: Diameter = Field(1.75, description="Diameter of the filament.")
+    syringe_bore_mm: Diameter = Field(12.0, description="Inner diameter of the syringe.")
     bead_shape: Literal["rectangle", "stadium", "circle"] = Field(
         "stadium", description="Cross-section of a printed line; a circle has width_mm as its diameter."
     )
-    width_mm: Positive = Field(0.4, description="Width of a printed line, across the sheet.")
-    height_mm: Positive | None = Field(
+    width_mm: Bead = Field(0.4, description="Width of a printed line, across the sheet.")
+    height_mm: Bead | None = Field(
         None, description="Height of a printed line in the sheet; by default the spacing of its tile."
     )
-    flow: Positive = Field(1.0, description="Factor on all extrusion.")
-    nozzle_temperature_c: NotNegative = Field(200.0, description="Temperature of the nozzle while printing.")
-    bed_temperature_c: NotNegative = Field(60.0, description="Temperature of the bed while printing.")
-    pressure_kpa: NotNegative = Field(0.0, description="Air pressure, for templates that set it.")
+    feed_step_mm: Annotated[float, _between(1e-6, 1)] | None = Field(
+        None,
+        description="Smallest step of the feed that its motor can do; by default 0.0025 for a filament (400 "
+        "steps a mm) and 0.000125 for a syringe (a 2 mm screw behind a 5:1 gear).",
+    )
+    flow: Annotated[float, _between(0.01, 100)] = Field(1.0, description="Factor on all extrusion.")
+    nozzle_temperature_c: Temperature = Field(200.0, description="Temperature of the nozzle while printing.")
+    bed_temperature_c: Temperature = Field(60.0, description="Temperature of the bed while printing.")
+    pressure_kpa: Annotated[float, _between(0, 100_000)] = Field(
+        0.0, description="Air pressure, for templates that set it."
+    )
 
 
 class Motion(_Section):
     """How fast the nozzle moves, and what it does between toolpaths."""
 
-    print_speed_mm_s: Positive = Field(20.0, description="Speed along a toolpath.")
-    travel_speed_mm_s: Positive = Field(100.0, description="Speed between toolpaths.")
-    travel_acceleration_mm_s2: Positive = Field(500.0, description="Acceleration of travels, for estimates.")
-    clearance_mm: NotNegative = Field(
+    print_speed_mm_s: Speed = Field(20.0, description="Speed along a toolpath.")
+    travel_speed_mm_s: Speed = Field(100.0, description="Speed between toolpaths.")
+    travel_acceleration_mm_s2: Acceleration = Field(
+        500.0, description="Acceleration of travels, for estimates."
+    )
+    clearance_mm: Distance = Field(
         0.2, description="How far a travel that must avoid printed material keeps above it."
     )
-    approach_mm: NotNegative = Field(
+    approach_mm: Distance = Field(
         5.0, description="Height above the print at which the nozzle arrives, and to which it leaves."
     )
-    retract_mm: NotNegative = Field(
-        1.0, description="Length of feed drawn back before a travel; 0 for never."
+    retract_mm: FeedLength = Field(1.0, description="Length of feed drawn back before a travel; 0 for never.")
+    retract_speed_mm_s: Speed = Field(30.0, description="Speed of drawing back and of priming.")
+    retract_extra_mm: FeedLength = Field(0.0, description="Feed beyond what was drawn back, when priming.")
+    retract_from_mm: Annotated[float, _between(0, 1_000_000)] = Field(
+        1.5, description="Travels shorter than this are made without."
     )
-    retract_speed_mm_s: Positive = Field(30.0, description="Speed of drawing back and of priming.")
-    retract_extra_mm: NotNegative = Field(0.0, description="Feed beyond what was drawn back, when priming.")
-    retract_from_mm: NotNegative = Field(1.5, description="Travels shorter than this are made without.")
     firmware_retraction: bool = Field(False, strict=True, description="Use G10 and G11 instead of E moves.")
-    valve_open_s: NotNegative = Field(0.05, description="Dwell after the valve opens, before moving.")
-    valve_close_s: NotNegative = Field(0.05, description="Dwell after the valve closes, before moving.")
+    valve_open_s: Dwell = Field(0.05, description="Dwell after the valve opens, before moving.")
+    valve_close_s: Dwell = Field(0.05, description="Dwell after the valve closes, before moving.")
 
 
 class Gcode(_Section):
@@ -109,7 +133,7 @@ class Gcode(_Section):
     progress_m73: bool = Field(
         False, strict=True, description="Write M73 progress; off in Marlin by default."
     )
-    thumbnail_px: tuple[Count, Count] | None = Field(
+    thumbnail_px: tuple[Pixels, Pixels] | None = Field(
         None, description="Width and height of a PNG thumbnail in the head; by default there is none."
     )
 
@@ -117,21 +141,23 @@ class Gcode(_Section):
 class Printer(_Section):
     """The serial line, and what is sent when a job stops or resumes."""
 
-    baud: Annotated[int, Field(strict=True, gt=0)] = Field(115200, description="Bits per second.")
+    baud: Annotated[int, Field(strict=True, ge=300, le=12_000_000)] = Field(
+        115200, description="Bits per second."
+    )
     window_lines: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
         4, description="Most lines sent and not yet acknowledged; 1 is ping-pong."
     )
-    window_bytes: Annotated[int, Field(strict=True, ge=96)] = Field(
+    window_bytes: Annotated[int, Field(strict=True, ge=96, le=65_536)] = Field(
         127, description="Most bytes sent and not yet acknowledged."
     )
-    probe_after_s: Positive = Field(
+    probe_after_s: Wait = Field(
         2.5, description="Silence after which the printer is asked; Marlin says busy every 2 s."
     )
-    give_up_after_s: Positive = Field(30.0, description="Silence after which the job fails.")
-    boot_wait_s: NotNegative = Field(
+    give_up_after_s: Wait = Field(30.0, description="Silence after which the job fails.")
+    boot_wait_s: Annotated[float, _between(0, 600)] = Field(
         3.0, description="How long to wait for a printer that resets on opening."
     )
-    stop_lift_mm: NotNegative = Field(10.0, description="How far the nozzle rises when a job is stopped.")
+    stop_lift_mm: Distance = Field(10.0, description="How far the nozzle rises when a job is stopped.")
     build_axis_homes_up: bool = Field(
         False, strict=True, description="Whether Z homes away from the bed, so that homing it is safe."
     )
@@ -179,6 +205,12 @@ class Profile(_Section):
                 problem = check_template(line, self.values)
                 if problem:
                     raise PydanticCustomError("template", f"[{section}] {key}, line {k + 1}: {problem}")
+        if 0 < self.motion.retract_mm < 1e-5:
+            raise PydanticCustomError(
+                "retract",
+                f"[motion] retract_mm: {self.motion.retract_mm:g} must be 0, for never, or at least 0.00001, "
+                "the last decimal of E.",
+            )
         if self.material.feed == "pneumatic":
             for key in ("valve_open", "valve_close"):
                 if not blocks["gcode", key]:
@@ -186,9 +218,4 @@ class Profile(_Section):
                         "valve",
                         f"[gcode] {key} is empty, but [material] feed is 'pneumatic'; give its commands",
                     )
-        thumbnail = self.gcode.thumbnail_px
-        if thumbnail is not None and not all(16 <= side <= 1024 for side in thumbnail):
-            raise PydanticCustomError(
-                "thumbnail", f"[gcode] thumbnail_px {list(thumbnail)} must lie between 16 and 1024"
-            )
         return self

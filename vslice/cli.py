@@ -100,6 +100,13 @@ def main(argv: list[str] | None = None) -> Any:
     """Run the command line; exits with 0, with 1 for a failure, with 2 for wrong use or bad input."""
     words = sys.argv[1:] if argv is None else argv
     try:
-        sys.exit(cli.main(args=words, prog_name="vslice", standalone_mode=False) or 0)
+        code = cli.main(args=words, prog_name="vslice", standalone_mode=False) or 0
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        sys.exit(code)
     except Exception as error:  # noqa: BLE001 - the outermost frame: every error becomes an exit code here
-        sys.exit(report(error, traceback_wanted="-vv" in words or words.count("-v") > 1))
+        try:
+            code = report(error, traceback_wanted="-vv" in words or words.count("-v") > 1)
+        except OSError:  # standard error takes nothing either: the exit code is all that can be told
+            code = 1
+        sys.exit(code)

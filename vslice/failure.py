@@ -1,5 +1,6 @@
 """How an error reaches the user: its text on stderr and an exit code, never a traceback unasked."""
 
+import os
 import sys
 import traceback
 
@@ -31,7 +32,11 @@ def report(error: Exception, *, traceback_wanted: bool) -> int:
         print("Aborted.", file=sys.stderr)
         return 130
     known = type(error).__module__.split(".")[0] in OWN_PACKAGES
+    _forget_stdout()
     if isinstance(error, BrokenPipeError):
+        return 1
+    if isinstance(error, OSError) and _came_from_echo(error):
+        print(f"Error: standard output: cannot be written: {error.strerror}", file=sys.stderr)
         return 1
     if known or isinstance(error, OSError):
         print(f"Error: {error}", file=sys.stderr)
@@ -42,3 +47,21 @@ def report(error: Exception, *, traceback_wanted: bool) -> int:
         file=sys.stderr,
     )
     return 1
+
+
+def _forget_stdout() -> None:
+    """Drop what standard output has not taken: Python would try again when it ends, and complain itself."""
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.flush()
+    except OSError:
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, sys.stdout.fileno())
+        os.close(nothing)
+
+
+def _came_from_echo(error: OSError) -> bool:
+    """Whether it was raised while text was printed: such an error names no file."""
+    *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+    return str(frame.f_globals.get("__name__")) in ("click.utils", "vslice.cli")

@@ -1,65 +1,99 @@
-"""Which machine a program is for: the one that the user names, or else the one in its head."""
+"""Which machine a program is for: the one that the user names, or else the one that it carries."""
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
+import click
+
 import profiles
-from gcode.head import read_head
-from gcode.moves import Move
+from gcode import carried
+from gcode.head import facts_of, read_head
+from gcode.moves import Kind, Move
 from gcode.parse import read_moves
-from profiles import Profile
+from profiles import Profile, ProfileError
+from vslice.session import say
 
 FALLBACK = "marlin-generic"
+MOST = 12
+"""Differences that are shown one by one."""
 
 
-def profile_for(moves: Sequence[Move], name: str | None, overrides: tuple[str, ...]) -> tuple[str, Profile]:
-    """The profile to judge a program by, and its name.
+def profile_for(
+    comments: Sequence[str], source: str, name: str | None, overrides: tuple[str, ...]
+) -> tuple[str, Profile]:
+    """The profile to judge a program by, and its name; says on stderr what a user must know of the choice.
 
-    Without a name it is the shipped profile that the head names, with the settings that were changed
-    when the program was written; or the fallback for programs of others.
+    Without a name it is the one that the program carries, or the fallback for programs of others.
+
+    Args:
+        comments: the text behind the semicolon of every comment of the program.
+        source: what the program is called in messages.
+        overrides: settings that come last.
 
     Raises:
-        ProfileError: no such profile, or a setting that is wrong.
+        ProfileError: no such profile, a setting that is wrong, or the program has lost the profile that it
+            was made for.
     """
     if name is not None:
-        return name, profiles.load(name, overrides)
-    facts = read_head(moves)
-    own = facts.get("profile")
-    if own not in profiles.shipped() or own is None:
-        return FALLBACK, profiles.load(FALLBACK, overrides)
-    return own, profiles.load(own, (*_settings(facts), *overrides))
+        profile = profiles.load(name, overrides)
+        _compare(comments, source, name, profile)
+        return name, profile
+    found = carried.read(comments, source, overrides)
+    if found is not None:
+        if found.unsaid:
+            say(
+                f"{source}: was made by vslice {found.version}, which did not know these settings; this "
+                f"version takes {', '.join(found.unsaid)}."
+            )
+        return found.name, found.profile
+    lost = facts_of(comments).get("profile")
+    if lost is not None:
+        raise ProfileError(
+            f"{source}: was made for {lost}, but its end, where that profile stands, is missing: was it cut "
+            "off, or were its comments taken out? Slice again, or give the machine with -p."
+        )
+    profile = profiles.load(FALLBACK, overrides)
+    volume = " x ".join(f"{side:g}" for side in profile.machine.build_volume_mm)
+    # An assumption about a machine is no matter of taste: it is told with --quiet too.
+    click.echo(
+        f"Warning: {source} does not say which machine it is for; assuming {FALLBACK}, with a build "
+        f"volume of {volume} mm. Give the machine with -p.",
+        err=True,
+    )
+    return FALLBACK, profile
+
+
+def _compare(comments: Sequence[str], source: str, name: str, profile: Profile) -> None:
+    """Say in what the profile that the user named differs from the one that the program carries."""
+    try:
+        found = carried.read(comments, source)
+    except ProfileError as error:
+        say(f"{error} Now {name} is used.")
+        return
+    differing = [] if found is None else carried.differences(found.profile, profile)
+    if found is None or not differing:
+        return
+    more = [f"and {len(differing) - MOST} more"] if len(differing) > MOST else []
+    listing = "".join(f"\n  {line}" for line in [*differing[:MOST], *more])
+    say(f"{source}: was made for {found.name}; {name} is used, which differs:{listing}")
 
 
 def read_profile(path: Path, name: str | None, overrides: tuple[str, ...]) -> tuple[str, Profile]:
     """The machine of a G-code file alone; see ``profile_for``.
 
     Raises:
-        ParseError: the file cannot be read, or is no G-code of the kind that is read here.
-        ProfileError: no such profile, or a setting that is wrong.
+        ParseError: the file cannot be read.
+        ProfileError: no such profile, a setting that is wrong, or a lost profile.
     """
-    if name is not None:
-        return name, profiles.load(name, overrides)
-    return profile_for(read_moves(path), None, overrides)
+    return profile_for(list(carried.comments_in(path)), str(path), name, overrides)
 
 
-def _settings(facts: Mapping[str, str]) -> list[str]:
-    try:
-        found = json.loads(facts.get("settings", "[]"))
-    except ValueError:
-        return []  # the head was edited; what it says of settings is not needed to read the program
-    return [entry for entry in found if isinstance(entry, str)] if isinstance(found, list) else []
-
-
-def mismatch(moves: Sequence[Move], name: str, grid_sha256: str | None) -> list[str]:
-    """What the head says that does not go with the profile and the grid it is judged by."""
+def mismatch(moves: Sequence[Move], grid_sha256: str | None) -> list[str]:
+    """What the head says that does not go with the grid that the program is judged by."""
     facts = read_head(moves)
-    notes = []
-    if facts.get("profile", name) != name:
-        notes.append(f"The program was made for {facts['profile']}, and is checked against {name}.")
     if grid_sha256 and facts.get("grid_sha256", grid_sha256) != grid_sha256:
-        notes.append("The program was made from another grid file, or the file has changed since.")
-    return notes
+        return ["The program was made from another grid file, or the file has changed since."]
+    return []
 
 
 def read_program(path: Path, name: str | None, overrides: tuple[str, ...]) -> tuple[list[Move], str, Profile]:
@@ -67,10 +101,11 @@ def read_program(path: Path, name: str | None, overrides: tuple[str, ...]) -> tu
 
     Raises:
         ParseError: the file cannot be read, or is no G-code of the kind that is read here.
-        ProfileError: no such profile, or a setting that is wrong.
+        ProfileError: no such profile, a setting that is wrong, or a lost profile.
     """
     moves = read_moves(path)
-    name, profile = profile_for(moves, name, overrides)
+    comments = [move.text for move in moves if move.kind == Kind.COMMENT]
+    name, profile = profile_for(comments, str(path), name, overrides)
     if profile.machine.plane == "YZ":
         moves = [move._replace(x_mm=move.depth_mm, depth_mm=move.x_mm) for move in moves]
     return moves, name, profile

@@ -1,12 +1,76 @@
 """Options that several commands share, each declared once."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+MOST_SEED = 2**64 - 1
+MOST_PROCESSES = 256
+
+
+class Number(click.FloatRange):
+    """A number from ``low`` to ``high``, both included; NaN, which is in every range, is none."""
+
+    def __init__(self, low: float, high: float) -> None:
+        super().__init__(low, high)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number: float = super().convert(value, param, ctx)
+        if math.isnan(number):
+            self.fail(f"{number} is not in the range {self._describe_range()}.", param, ctx)
+        return number
+
+
+seconds = Number(0.001, 1e7)
+baud_rate = click.IntRange(300, 12_000_000)
+
+
+def given(name: str) -> bool:
+    """Whether the user gave this option, by the name of its parameter; its default is not given."""
+    source = click.get_current_context().get_parameter_source(name)
+    return source in (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
+
+
+def no_effect(why: str, *names: str) -> None:
+    """Refuse options that change nothing here: the user takes them to do something.
+
+    Args:
+        why: what the input or another option is, such as "a grid".
+        names: of their parameters.
+
+    Raises:
+        UsageError: one of them was given.
+    """
+    for parameter in click.get_current_context().command.params:
+        if parameter.name in names and given(parameter.name):
+            raise click.UsageError(f"{parameter.opts[-1]} has no effect on {why}; leave it out.")
+
+
+def settings_without_effect(why: str, overrides: Sequence[str], *sections: str) -> None:
+    """Refuse ``--set`` of sections of the profile that are not looked at here.
+
+    Raises:
+        UsageError: there is one.
+    """
+    for override in overrides:
+        if override.partition(".")[0].strip() in sections:
+            raise click.UsageError(f"--set {override} has no effect on {why}; leave it out.")
+
+
+IGNORED = {
+    "greedy": ("effort", "seed", "workers", "time_limit_s"),
+    "multistart": ("effort", "seed", "workers"),
+}
+"""Options that change nothing with a method: it draws nothing at random, and its work is fixed."""
+IGNORED_STRAIGHT = IGNORED | {"beam": ("seed", "workers"), "exact": ("seed", "workers")}
+"""The same for straight travel. Over the skyline, kicks follow these two, and kicks are drawn."""
+
 
 profile_option: Decorator = click.option(
     "-p",
@@ -24,7 +88,7 @@ program_profile_option: Decorator = click.option(
     "profile_name",
     metavar="NAME|FILE.toml",
     help="The machine: a shipped profile, or a file of your own. By default the one that the program "
-    "names in its head, or else marlin-generic.",
+    "carries at its end, or else marlin-generic.",
 )
 
 set_option: Decorator = click.option(

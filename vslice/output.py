@@ -38,21 +38,40 @@ def write(path: Path | None, chunks: Iterable[bytes]) -> None:
 
     Raises:
         ClickException: see ``check_place``.
-        OSError: it cannot be written; nothing has changed.
+        OSError: it cannot be written, as on a full disk; the text names it. An ordinary file has not
+            changed.
     """
     if path is None:
+        _to_stdout(chunks)
+        return
+    check_place(path)
+    try:
+        _to_file(path, chunks)
+    except OSError as error:
+        raise OSError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def _to_stdout(chunks: Iterable[bytes]) -> None:
+    if sys.stdout is None:
+        raise OSError("standard output: cannot be written: it is closed; name a file with -o")
+    try:
         for chunk in chunks:
             sys.stdout.buffer.write(chunk)
         sys.stdout.buffer.flush()
-        return
-    check_place(path)
+    except BrokenPipeError:  # whoever read it has enough
+        raise
+    except OSError as error:
+        raise OSError(f"standard output: cannot be written: {error.strerror or error}") from error
+
+
+def _to_file(path: Path, chunks: Iterable[bytes]) -> None:
     mode = path.stat().st_mode if path.exists() else None
     if mode is not None and not stat.S_ISREG(mode):
         with path.open("wb") as out:
             out.writelines(chunks)
         return
     target = path.resolve()
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name[:100]}.")
     try:
         with open(handle, "wb") as out:
             out.writelines(chunks)

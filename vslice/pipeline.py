@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import profiles
-from gcode import emit, program
+from gcode import advice, emit, program
 from profiles import Profile
 from slicer import hatch, sequence, travel
 from slicer.errors import SlicerError
@@ -46,12 +47,21 @@ class Sliced:
             picture = preview.thumbnail(self.plan, self.profile.gcode.thumbnail_px)
         return emit.emit(self.program, self.profile, self.facts, thumbnail_png=picture)
 
+    def advice(self) -> list[str]:
+        """What the user should think about before printing."""
+        return advice.advice(self.program, self.profile, *self._spacing_and_length())
+
     @property
     def room_ul(self) -> float:
         """Volume that the toolpaths have to themselves: length by spacing by width of a bead."""
-        length = np.hypot(*(self.plan.toolpaths[:, 1] - self.plan.toolpaths[:, 0]).T)
+        spacing, length = self._spacing_and_length()
+        return float((length * spacing).sum()) * self.profile.material.width_mm
+
+    def _spacing_and_length(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Of each toolpath in the order of printing, in mm."""
         col, row = self.lines.tile[self.result.order].T
-        return float((length * self.sheet.spacing_mm[row, col]).sum()) * self.profile.material.width_mm
+        length = np.hypot(*(self.plan.toolpaths[:, 1] - self.plan.toolpaths[:, 0]).T)
+        return self.sheet.spacing_mm[row, col], length
 
     @property
     def in_file_order_mm(self) -> float:
@@ -170,6 +180,4 @@ def slice_grid(
     }
     if sheet.meta != {}:
         facts["meta"] = meta_line(sheet.meta)
-    if overrides:
-        facts["settings"] = json.dumps(overrides)
     return Sliced(sheet, lines, result, plan, made, profile, facts)

@@ -18,12 +18,14 @@ from slicer.sequence.cost import ObjectiveName
 from slicer.sequence.method import Progress
 from slicer.sequence.true_cost import true_cost
 from vslice.objective import objective_of
+from vslice.options import IGNORED, IGNORED_STRAIGHT
 from vslice.session import Steps, so_far
 
-ONCE = {"greedy", "multistart"}
-"""Methods that draw nothing at random, and so are run once."""
-ONCE_STRAIGHT = ONCE | {"beam", "exact"}
-"""The same for straight travel. Over the skyline, kicks follow these two, and kicks are drawn."""
+ONCE, ONCE_STRAIGHT = (
+    {method for method, ignored in methods.items() if "seed" in ignored}
+    for methods in (IGNORED, IGNORED_STRAIGHT)
+)
+"""Methods that draw nothing at random, and so are run once; and those for straight travel."""
 
 UNITS: dict[ObjectiveName, str] = {"straight": "mm", "routed": "mm", "time": "s"}
 AXIS: dict[ObjectiveName, str] = {

@@ -22,6 +22,17 @@ from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
 from printer.errors import PrinterError
 
+LIMITS: dict[str, tuple[float, float]] = {
+    "seed": (0, 2**64 - 1),
+    "slots": (1, 10_000),
+    "rx": (1, 1_000_000),
+    "blocks": (1, 10_000),
+    "command_s": (0, 3600),
+    "delay_s": (0, 3600),
+    "homing_s": (0, 3600),
+}
+"""Least and greatest value of an option that is a number; all others are probabilities."""
+
 POWERED: dict[str, Firmware] = {}
 """The named printers that are switched on in this process."""
 
@@ -68,8 +79,13 @@ def _filled(record: Any, given: dict[str, str]) -> Any:
                 )
             except ValueError as error:
                 raise PrinterError(
-                    f"marlin://: {field.name}={text!r} is no {type(current).__name__}."
+                    f"marlin://: {field.name}={text[:40]!r} is no {type(current).__name__}."
                 ) from error
+            low, high = LIMITS.get(field.name, (0, 1))
+            if not low <= values[field.name] <= high:  # no comparison holds for NaN
+                raise PrinterError(
+                    f"marlin://: {field.name}={text[:40]} must lie between {low} and {high:.20g}."
+                )
     return dataclasses.replace(record, **values)
 
 

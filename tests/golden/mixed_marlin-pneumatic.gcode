@@ -132,3 +132,55 @@ M107
 M302 P0
 M84
 ; estimated printing time (normal mode) = 5s
+; vslice profile begin
+; name = ""
+; version = "test"
+; machine.description = "Pneumatic bioprinter with a valve and Marlin, 150 x 150 x 120 mm"
+; machine.build_volume_mm = [150.0, 150.0, 120.0]
+; machine.build_corner_mm = [0.0, 0.0, 0.0]
+; machine.plane = "XZ"
+; machine.offset_mm = 10.0
+; machine.fixed_mm = 75.0
+; machine.bed_z_mm = 0.0
+; machine.max_speed_mm_s = [100.0, 100.0, 10.0, 5.0]
+; machine.max_acceleration_mm_s2 = [500.0, 500.0, 100.0, 500.0]
+; material.feed = "pneumatic"
+; material.filament_diameter_mm = 1.75
+; material.syringe_bore_mm = 12.0
+; material.bead_shape = "stadium"
+; material.width_mm = 0.4
+; material.height_mm = null
+; material.feed_step_mm = null
+; material.flow = 1.0
+; material.nozzle_temperature_c = 0.0
+; material.bed_temperature_c = 0.0
+; material.pressure_kpa = 60.0
+; motion.print_speed_mm_s = 10.0
+; motion.travel_speed_mm_s = 60.0
+; motion.travel_acceleration_mm_s2 = 300.0
+; motion.clearance_mm = 0.2
+; motion.approach_mm = 5.0
+; motion.retract_mm = 0.0
+; motion.retract_speed_mm_s = 30.0
+; motion.retract_extra_mm = 0.0
+; motion.retract_from_mm = 0.25
+; motion.firmware_retraction = false
+; motion.valve_open_s = 0.06
+; motion.valve_close_s = 0.04
+; gcode.start = ["M302 P1", "M107", "G28"]
+; gcode.end = ["M107", "M302 P0", "M84"]
+; gcode.valve_open = ["M106 S255"]
+; gcode.valve_close = ["M107"]
+; gcode.progress_m73 = false
+; gcode.thumbnail_px = null
+; printer.baud = 115200
+; printer.window_lines = 4
+; printer.window_bytes = 127
+; printer.probe_after_s = 2.5
+; printer.give_up_after_s = 30.0
+; printer.boot_wait_s = 3.0
+; printer.stop_lift_mm = 10.0
+; printer.build_axis_homes_up = false
+; printer.stop_lines = ["M107"]
+; printer.resume_home_lines = ["G28 X Y"]
+; vslice profile end sha256:cee4413269a0480f4f2e61f58d7fbe3dba4f5194c938cb842cd0f4322fff15f2

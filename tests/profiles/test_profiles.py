@@ -14,7 +14,7 @@ SHIPPED = ["marlin-generic", "marlin-pneumatic", "marlin-syringe"]
 BAD = {
     "unknown key": ("[motion]\ntravel_sped = 3", "[motion] unknown key 'travel_sped'. Did you mean 'travel_speed_mm_s'?"),
     "unknown section": ("[mtion]\nx = 3", "unknown section 'mtion'. Did you mean 'motion'?"),
-    "below": ("[motion]\ntravel_speed_mm_s = -3", "[motion] travel_speed_mm_s: -3 must be above 0."),
+    "below": ("[motion]\ntravel_speed_mm_s = -3", "[motion] travel_speed_mm_s: -3 must be at least 0.002."),
     "text": ('[motion]\ntravel_speed_mm_s = "fast"', "[motion] travel_speed_mm_s: 'fast': Input should be a valid number"),
     "nan": ("[motion]\ntravel_speed_mm_s = nan", "[motion] travel_speed_mm_s: nan: Input should be a finite number"),
     "number for bool": ("[motion]\nfirmware_retraction = 1", "[motion] firmware_retraction: 1: Input should be a valid boolean"),
@@ -33,7 +33,7 @@ BAD = {
     "text for a list": ('[gcode]\nstart = "G28"', "[gcode] start: 'G28' must be a list of texts."),
     "one side": ("[gcode]\nthumbnail_px = [32]", "[gcode] thumbnail_px: [32] must be a list of 2 numbers."),
     "key outside its section": ("clearance_mm = 0.2", "unknown section 'clearance_mm'. It belongs in [motion]."),
-    "thumbnail": ("[gcode]\nthumbnail_px = [8, 8]", "[gcode] thumbnail_px [8, 8] must lie between 16 and 1024"),
+    "thumbnail": ("[gcode]\nthumbnail_px = [8, 8]", "[gcode] thumbnail_px[0]: 8 must be at least 16."),
     "window": ("[printer]\nwindow_lines = 0", "[printer] window_lines: 0 must be at least 1."),
     "no TOML": ("[motion", "this is no TOML: "),
     "extends nothing": ('extends = "marlin-genric"', None),

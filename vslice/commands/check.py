@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from vslice.options import program_profile_option, set_option
+from vslice.options import program_profile_option, set_option, settings_without_effect
 from vslice.session import common, progress, say
 
 MOST = 20
@@ -38,6 +38,7 @@ def command(
     material, positions and speeds must be within the machine's limits, extrusion must be constant and
     stop while travelling. Exits with 1 if anything is wrong.
     """
+    settings_without_effect("the check", overrides, "printer")
     from gcode.check import check
     from vslice.machine import mismatch, read_program
     from vslice.reading import read_grid
@@ -45,7 +46,7 @@ def command(
     with progress(2) as step:
         step("reading")
         sheet = None if grid_file is None else read_grid(grid_file)
-        moves, name, profile = read_program(program_file, profile_name, overrides)
+        moves, _, profile = read_program(program_file, profile_name, overrides)
         step("replaying")
         report = check(moves, profile, sheet)
     wrong = report.violations
@@ -65,7 +66,7 @@ def command(
         if len(wrong) > MOST:
             click.echo(f"and {len(wrong) - MOST} more violations")
     if wrong:
-        for note in mismatch(moves, name, None if sheet is None else sheet.sha256):
+        for note in mismatch(moves, None if sheet is None else sheet.sha256):
             say(note)
     said = "1 violation" if len(wrong) == 1 else f"{len(wrong)} violations" if wrong else "no violations"
     say(

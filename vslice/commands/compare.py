@@ -9,8 +9,10 @@ import click
 from vslice import output
 from vslice.compiling import compiling
 from vslice.options import (
+    IGNORED,
     effort_option,
     is_stdout,
+    no_effect,
     not_onto_input,
     not_onto_profile,
     objective_option,
@@ -18,6 +20,7 @@ from vslice.options import (
     picture_format,
     profile_option,
     set_option,
+    settings_without_effect,
     start_option,
 )
 from vslice.session import common, progress, say
@@ -34,7 +37,7 @@ FORMATS = ("csv", "md", "json")
     "--seeds",
     default=5,
     show_default=True,
-    type=click.IntRange(1),
+    type=click.IntRange(1, 10_000),
     help="Runs of each method; one where it draws no random numbers.",
 )
 @effort_option
@@ -86,8 +89,15 @@ def command(
 
     names = _methods(methods, list(sequence.METHODS))
     goal = objective_name(objective)
+    if seeds > 1 and len(study.runs(names, 2, goal)) == len(study.runs(names, 1, goal)):
+        no_effect(f"{', '.join(names)}, which draws no random numbers", "seeds")
+    if all("effort" in IGNORED.get(name, ()) for name in names):
+        no_effect(", ".join(names), "effort")
+    settings_without_effect("the order of toolpaths", overrides, "gcode", "printer")
     profile = profiles.load(profile_name, overrides)
     problem = load_problem(file, start)
+    if problem.first is None and start == "corner":
+        no_effect("an instance without a first toolpath", "start")
     with progress(1 + len(study.runs(names, seeds, goal))) as step, compiling() as first_run:
         if first_run:
             say("Compiling for this machine; this happens once after installation.")

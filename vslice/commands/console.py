@@ -7,12 +7,13 @@ from contextlib import closing, suppress
 
 import click
 
+from vslice.options import baud_rate
 from vslice.session import common, say
 
 
 @click.command("console", epilog="Example: vslice console --port /dev/ttyUSB0")
 @click.option("--port", required=True, metavar="PORT", help="A device, socket://HOST:PORT, marlin:// ..")
-@click.option("--baud", type=int, default=115200, show_default=True, help="Bits per second.")
+@click.option("--baud", type=baud_rate, default=115200, show_default=True, help="Bits per second.")
 @common
 def command(port: str, baud: int) -> None:
     """Type commands to a printer and see its replies; end with Ctrl-D.

@@ -5,7 +5,10 @@ from pathlib import Path
 import click
 
 from vslice import output
+from vslice.options import MOST_SEED, Number
 from vslice.session import common, say
+
+MOST_TILES = 1_000_000
 
 
 @click.command("generate", epilog="Example: vslice generate --cols 4 --rows 4 --seed 7 -o grid.json")
@@ -16,14 +19,44 @@ from vslice.session import common, say
     "--rows", default=4, show_default=True, type=click.IntRange(1, 10_000), help="Tiles from bottom to top."
 )
 @click.option(
-    "--seed", default=0, show_default=True, type=click.IntRange(0), help="The same seed gives the same grid."
+    "--seed",
+    default=0,
+    show_default=True,
+    type=click.IntRange(0, MOST_SEED),
+    help="The same seed gives the same grid.",
 )
-@click.option("--tile-mm", default=1.0, show_default=True, help="Side of a tile.")
-@click.option("--spacing-mm", default=0.1, show_default=True, help="Distance between toolpaths.")
-@click.option("--start-deg", default=-45.0, show_default=True, help="Tilt of the bottom left tile.")
-@click.option("--deviation-deg", default=22.5, show_default=True, help="Largest step, either way.")
-@click.option("--low-deg", default=-45.0, show_default=True, help="Lowest tilt; walks are reflected there.")
-@click.option("--high-deg", default=0.0, show_default=True, help="Highest tilt; walks are reflected there.")
+@click.option("--tile-mm", default=1.0, show_default=True, type=Number(0.001, 1e5), help="Side of a tile.")
+@click.option(
+    "--spacing-mm",
+    default=0.1,
+    show_default=True,
+    type=Number(0.001, 1e5),
+    help="Distance between toolpaths.",
+)
+@click.option(
+    "--start-deg",
+    default=-45.0,
+    show_default=True,
+    type=Number(-90, 90),
+    help="Tilt of the bottom left tile.",
+)
+@click.option(
+    "--deviation-deg", default=22.5, show_default=True, type=Number(0, 180), help="Largest step, either way."
+)
+@click.option(
+    "--low-deg",
+    default=-45.0,
+    show_default=True,
+    type=Number(-90, 90),
+    help="Lowest tilt; walks are reflected there.",
+)
+@click.option(
+    "--high-deg",
+    default=0.0,
+    show_default=True,
+    type=Number(-90, 90),
+    help="Highest tilt; walks are reflected there.",
+)
 @click.option(
     "-o",
     "--output",
@@ -50,6 +83,10 @@ def command(
     A random walk: every tile is the mean of its left and its lower neighbour plus a uniform deviation,
     reflected back into the range of tilts. The defaults are those of the source paper.
     """
+    if cols * rows > MOST_TILES:
+        raise click.UsageError(
+            f"{cols} x {rows} tiles are {cols * rows}, but a grid may have {MOST_TILES}; ask for fewer."
+        )
     from slicer import grid
     from slicer.generate import random_walk
 

@@ -16,9 +16,15 @@ from vslice.session import common, progress, say
     help="Folder for the figures.",
 )  # fmt: skip
 @click.option(
-    "--seeds", default=500, show_default=True, type=click.IntRange(10), help="Random walks for Table 1."
+    "--seeds",
+    default=500,
+    show_default=True,
+    type=click.IntRange(10, 1_000_000),
+    help="Random walks for Table 1.",
 )
-@click.option("--grids", default=5, show_default=True, type=click.IntRange(1), help="Grids for the methods.")
+@click.option(
+    "--grids", default=5, show_default=True, type=click.IntRange(1, 10_000), help="Grids for the methods."
+)
 @click.option(
     "--format",
     "file_format",

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from vslice import output
-from vslice.options import not_onto_input, not_onto_profile, picture_format, program_profile_option
+from vslice.options import no_effect, not_onto_input, not_onto_profile, picture_format, program_profile_option
 from vslice.session import common, say
 
 
@@ -47,6 +47,12 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
     not_onto_input(file, target)
     not_onto_profile(profile_name, target)
     output.check_place(target)
+    if file_format != "png":
+        no_effect(f"a picture of lines, {target.suffix}", "dpi")
+    if _is_grid(file):
+        no_effect("a grid", "color", "profile_name")
+    else:
+        no_effect("a program", "show")
     from gcode import preview
 
     if _is_grid(file):

@@ -66,12 +66,12 @@ def command(
     if resume:
         entry = _interrupted(program_file)
         program_file, port = entry.program_file, port or entry.port
-        profile_name = profile_name or entry.profile
+        profile_name = profile_name or entry.profile or None  # else the program carries it
     if program_file is None:
         raise click.UsageError(
             "Which program? Give PART.gcode, or --resume to go on with an interrupted job."
         )
-    profile_name, profile = read_profile(program_file, profile_name, overrides)
+    _, profile = read_profile(program_file, profile_name, overrides)
     given: dict[str, Any] = {
         "baud": baud, "window_lines": window_lines,
         "probe_after_s": probe_after, "give_up_after_s": give_up_after,
@@ -84,9 +84,9 @@ def command(
         return
     port = port or _only_port()
     if resume:
-        code = _resume(program_file, port, settings, profile_name, height_mm, yes)
+        code = _resume(program_file, port, settings, profile_name or "", height_mm, yes)
     else:
-        code = stream_program(program_file, port, settings, profile_name)
+        code = stream_program(program_file, port, settings, profile_name or "")
     click.get_current_context().exit(code)
 
 

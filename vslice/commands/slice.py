@@ -10,14 +10,20 @@ import click
 from vslice import output
 from vslice.compiling import compiling
 from vslice.options import (
+    IGNORED,
+    IGNORED_STRAIGHT,
+    MOST_PROCESSES,
+    MOST_SEED,
     effort_option,
     grid_argument,
     is_stdout,
+    no_effect,
     not_onto_input,
     not_onto_profile,
     objective_option,
     output_option,
     profile_option,
+    seconds,
     set_option,
     start_option,
 )
@@ -40,10 +46,16 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @effort_option
 @objective_option("time")
 @start_option
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="For random numbers.")
-@click.option("--time-limit", "time_limit_s", type=float, metavar="S", help="End the search early.")
 @click.option(
-    "--workers", default=1, show_default=True, type=click.IntRange(1), help="Processes to search with."
+    "--seed", default=0, show_default=True, type=click.IntRange(0, MOST_SEED), help="For random numbers."
+)
+@click.option("--time-limit", "time_limit_s", type=seconds, metavar="S", help="End the search early.")
+@click.option(
+    "--workers",
+    default=1,
+    show_default=True,
+    type=click.IntRange(1, MOST_PROCESSES),
+    help="Processes to search with.",
 )
 @click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")
 @click.option("--port", metavar="PORT", help="With --send: as for 'vslice send'.")
@@ -78,6 +90,8 @@ def command(
         raise click.UsageError("--port goes with --send.")
     if send and target is None:
         raise click.UsageError("--send streams from a file; give it a name with -o.")
+    ignored = (IGNORED_STRAIGHT if objective == "straight" else IGNORED).get(method, ())
+    no_effect(f"--method {method}", *(name for name in ignored if name != "workers" or workers > 1))
     from vslice.pipeline import Search, slice_grid
 
     search = Search(method, effort, objective, start, seed, time_limit_s, workers)
@@ -94,18 +108,14 @@ def command(
         )
         step("writing")
         output.write(target, _encoded(sliced.text()))
-    filled = sliced.program.material_ul / sliced.room_ul
-    if not 0.5 <= filled <= 1.25:
-        say(
-            f"Warning: the beads fill {filled:.0%} of the room that spacing and width leave them. "
-            "See [material] bead_shape, width_mm, height_mm and flow."
-        )
+    for sentence in sliced.advice():
+        say(f"Warning: {sentence}")
     say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
     if send and target is not None:
         from vslice.commands.send import check, send_file
 
         check(target, sliced.profile)
-        click.get_current_context().exit(send_file(target, port, sliced.profile, profile_name))
+        click.get_current_context().exit(send_file(target, port, sliced.profile, ""))
 
 
 def _begin(step: Steps, name: str, workers: int) -> None:
