@@ -80,7 +80,7 @@ def test_a_spacing_that_three_decimals_cannot_carry_is_refused(run):
     ("words", "says"),
     [
         (["--cols", "100000"], "100000 is not in the range 1<=x<=10000"),
-        (["--cols", "10000", "--rows", "10000"], "100000000 tiles; 1000000 is the most"),
+        (["--cols", "10000", "--rows", "10000"], "100000000, but a grid may have 1000000"),
         (["--cols", "2000", "--rows", "1", "--tile-mm", "100"], "200000 mm long; 100000 mm is the most"),
         (["--seed", "99999999999999999999"], "seed 99999999999999999999: must be from 0 to 9223372036854775807"),
         (["--spacing-mm", "1e-308"], "spacing 1e-308 mm: must be from 0.01 to 10000 mm"),
