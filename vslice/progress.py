@@ -54,7 +54,7 @@ class Display:
         """How much of the estimated time has passed, 0 to 100."""
         if self.timeline is None or self.timeline.total_s <= 0:
             return 100.0 * progress.acknowledged / max(1, progress.total)
-        return 100.0 * self.timeline.seconds[progress.acknowledged] / self.timeline.total_s
+        return 100.0 * (self.timeline.seconds[progress.acknowledged] / self.timeline.total_s)
 
     def heating(self, progress: "Progress") -> str:
         """What is being heated and how far it is, as "bed 43/60 °C"; "" if the job does not wait for heat."""

@@ -190,9 +190,7 @@ def test_a_failed_job_leaves_a_journal_of_what_was_acknowledged(path):
 
 
 def test_a_new_job_keeps_the_journal_of_an_interrupted_one_aside(path):
-    contents = []
-    for line in (100, 200):
-        contents.append(written(path, line))
+    contents = [written(path, line) for line in (100, 200)]
     assert path.with_name(path.name + ".1").read_bytes() == contents[0]
     journal = Journal(path)
     assert journal.begin(JOB) == path.with_name(path.name + ".2")

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vslice.dry_running import show_dry_run
 from vslice.interrupted import ask, ask_of_port
 from vslice.options import program_profile_option, set_option
-from vslice.progress import Display, clock, shown
+from vslice.progress import Display
 from vslice.session import common
 from vslice.streaming import resume_offered, run, stream_program, times_of, told
 
 if TYPE_CHECKING:
     from printer import Settings
-    from printer.dry_run import DryRun
     from profiles import Profile
 
 
@@ -31,7 +31,7 @@ class Finite(click.FloatRange):
         return number
 
 
-MOST = 5  # violations and warnings that are shown one by one
+MOST = 5  # violations that are shown one by one
 
 
 @click.command("send", epilog="Example: vslice send part.gcode --port /dev/ttyUSB0 -p marlin-syringe")
@@ -130,7 +130,7 @@ def command(
     if not no_check and not resume:
         check(program_file, profile)
     if dry_run:
-        _dry_run(program_file, settings, profile, resume, height_mm)
+        show_dry_run(program_file, settings, profile, resume, height_mm)
         return
     port = port or (_interrupted(program_file).port if resume else _only_port())
     if resume:
@@ -227,53 +227,6 @@ def check(program_file: Path, profile: "Profile") -> None:
             f"{program_file} cannot be printed on this machine; nothing was sent:\n{listing}\n"
             "Slice it again for this profile, or insist with --no-check."
         )
-
-
-# --- dry run -------------------------------------------------------------------------------------------
-
-
-def _dry_run(
-    program_file: Path, settings: "Settings", profile: "Profile", resume: bool, height_mm: float | None
-) -> None:
-    from printer import read_program
-    from printer.dry_run import dry_run, interrupted_printer
-    from printer.journal import journal_path, read_journal
-    from printer.resume import check_unchanged
-
-    program = read_program(program_file)
-    if not resume:
-        with shown(Display(program, times_of(program_file, program, profile))) as show:
-            ended = dry_run(program, settings, show)
-        _tell(ended, "", 0)
-        return
-    entry = read_journal(journal_path(program_file))
-    check_unchanged(program, entry)
-    with interrupted_printer(program, entry, settings, height_mm) as (plan, go_on):
-        for sentence in plan.text:
-            click.echo(sentence)
-        click.echo("Before the program goes on:")
-        for line in plan.before:
-            click.echo(f"  {line}")
-        times = times_of(program_file, program, profile)
-        with shown(Display(program, times, plan.start_at, heats_first=True)) as show:
-            _tell(go_on(show), " from there on", plan.start_at)
-
-
-def _tell(ended: "DryRun", rest: str, start_at: int) -> None:
-    """What a dry run did."""
-    where = "  ".join(f"{axis} {value:.3f}" for axis, value in ended.position.items())
-    click.echo(
-        f"lines      {ended.report.acknowledged - start_at} of {ended.report.total - start_at} commands{rest}, "
-        "each taken once"
-    )
-    click.echo(f"moves      {ended.moves}{rest}")
-    click.echo(f"position   {where} (mm, at the end)")
-    click.echo(f"material   {ended.material_mm:.2f} mm of E{rest}")
-    click.echo(f"time       {clock(ended.time_s)} (moves at their programmed speed, waits and heating)")
-    warnings = list(dict.fromkeys(ended.report.warnings))
-    click.echo(f"warnings   {len(ended.report.warnings)}")
-    for warning in warnings[:MOST]:
-        click.echo(f"  {warning}")
 
 
 # --- resume --------------------------------------------------------------------------------------------
