@@ -1,6 +1,5 @@
 """``vslice send``: stream a program to a printer, for real or dry, or go on with an interrupted job."""
 
-import math
 import sys
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -11,7 +10,7 @@ import click
 
 from vslice.dry_running import show_dry_run
 from vslice.interrupted import ask, ask_of_port
-from vslice.options import program_profile_option, set_option
+from vslice.options import Number, baud_rate, program_profile_option, set_option
 from vslice.progress import Display
 from vslice.session import common
 from vslice.streaming import resume_offered, run, stream_program, times_of, told
@@ -19,16 +18,6 @@ from vslice.streaming import resume_offered, run, stream_program, times_of, told
 if TYPE_CHECKING:
     from printer import Settings
     from profiles import Profile
-
-
-class Finite(click.FloatRange):
-    """A range that refuses nan too, which is neither below nor above anything."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        number = float(super().convert(value, param, ctx))
-        if math.isnan(number):
-            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
-        return number
 
 
 MOST = 5  # violations that are shown one by one
@@ -47,21 +36,21 @@ MOST = 5  # violations that are shown one by one
 @click.option(
     "--height",
     "height_mm",
-    type=Finite(0, 10_000),
+    type=Number(0, 10_000),
     metavar="MM",
     help="With --resume: where the nozzle stands.",
 )
 @click.option("-y", "--yes", is_flag=True, help="Do not ask before the nozzle moves to resume.")
 @click.option("--no-check", is_flag=True, help="Send even what 'vslice check' finds fault with.")
-@click.option("--baud", type=click.IntRange(300, 12_000_000), help="Instead of the profile's [printer] baud.")
+@click.option("--baud", type=baud_rate, help="Instead of the profile's [printer] baud.")
 @click.option(
     "--window", "window_lines", type=click.IntRange(1, 64), metavar="LINES", help="Lines in flight."
 )
 @click.option(
-    "--probe-after", type=Finite(0.05, 3600), metavar="S", help="Silence after which the printer is asked."
+    "--probe-after", type=Number(0.05, 3600), metavar="S", help="Silence after which the printer is asked."
 )
 @click.option(
-    "--give-up-after", type=Finite(0.1, 86_400), metavar="S", help="Silence after which the job fails."
+    "--give-up-after", type=Number(0.1, 86_400), metavar="S", help="Silence after which the job fails."
 )
 @common
 def command(
