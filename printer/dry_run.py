@@ -1,25 +1,31 @@
 """What a printer would do with a program: the same sender, against the emulated printer, time flying."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 from printer.emulator.planner import Path
 from printer.job import Job
+from printer.journal import Entry
 from printer.ports import open_port
-from printer.program import Program
+from printer.program import Program, make_program
 from printer.report import Progress, Report
+from printer.resume import ResumePlan, plan_resume
+from printer.safety import leave
 from printer.settings import Settings
 
 
 @dataclass(frozen=True)
 class DryRun:
     """``position`` in mm at the end, ``material_mm`` fed in all, ``time_s`` that the moves and waits took;
-    ``path`` is every move that was carried out."""
+    ``moves`` how many were carried out; ``path`` is every move since the printer was switched on."""
 
     report: Report
     position: dict[str, float]
     material_mm: float
     time_s: float
+    moves: int
     path: Path
 
 
@@ -33,9 +39,65 @@ def dry_run(
     settings = replace(settings or Settings(), boot_wait_s=0.5)
     port = open_port(url, settings.baud)
     try:
-        report = Job(program, port, settings, on_progress=on_progress).run()
-        firmware = port.firmware  # type: ignore[attr-defined]  # only a marlin:// port has one
+        return _carried_out(Job(program, port, settings, on_progress=on_progress), port)
     finally:
         port.close()
-    path = firmware.path
-    return DryRun(report, dict(firmware.machine.position), path.material, firmware.now, path)
+
+
+def _carried_out(job: Job, port: Any) -> DryRun:
+    """Run a job on an emulated printer, and tell what that job did there."""
+    firmware = port.firmware
+    path, began_s = firmware.path, firmware.now
+    count, material_mm = path.count, path.material
+    report = job.run()
+    position = dict(firmware.machine.position)
+    return DryRun(
+        report, position, path.material - material_mm, firmware.now - began_s, path.count - count, path
+    )
+
+
+@contextmanager
+def interrupted_printer(
+    program: Program,
+    entry: Entry,
+    settings: Settings,
+    height_mm: float | None = None,
+    url: str = "marlin://?clock=fast",
+) -> Iterator[tuple[ResumePlan, Callable[[Callable[[Progress], None] | None], DryRun]]]:
+    """An emulated printer as the job of a journal left its own, how the job goes on there, and what does it.
+
+    All that was acknowledged was carried out; after a controlled stop the nozzle has left the print. With
+    ``height_mm`` the printer was switched off and on, and has forgotten everything.
+
+    Raises:
+        JournalError, ResumeError: as `printer.resume.plan_resume`.
+        StreamError: if the emulated printer does not do it.
+    """
+    settings = replace(settings, boot_wait_s=0.5)
+    commands = program.commands[: program.index_of_line(entry.acknowledged_line)]
+    if entry.ended == "stopped":
+        commands = [*commands, *leave(settings.safety)]
+    port: Any = open_port(url, settings.baud)
+    try:
+        Job(make_program(commands, name=program.name), port, settings).run()
+        if height_mm is not None:
+            port.firmware.boot()
+        greeting = Job(make_program(["M114"], name=program.name), port, settings).run()
+        plan = plan_resume(
+            program,
+            entry,
+            settings.safety,
+            rebooted=height_mm is not None,
+            height_mm=height_mm,
+            reported=greeting.position,
+        )
+
+        def go_on(on_progress: Callable[[Progress], None] | None) -> DryRun:
+            job = Job(
+                program, port, settings, on_progress=on_progress, start_at=plan.start_at, before=plan.before
+            )
+            return _carried_out(job, port)
+
+        yield plan, go_on
+    finally:
+        port.close()

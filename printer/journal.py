@@ -1,19 +1,23 @@
 """What has been acknowledged, on disk: records that are only ever appended, each with its own checksum.
 
 A record is one line: eight hex digits of CRC-32, a blank, and a JSON object. Whatever cuts the file off,
-the last whole record is right, and the torn tail behind it is cut when the journal is opened again.
+the last whole record is right, and the torn tail behind it is cut when the journal is opened again. A
+damaged record among whole ones loses itself alone, since each later one says how far the job has come.
 """
 
+import hashlib
 import json
 import os
 import time
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
+from itertools import count
 from pathlib import Path
 from typing import IO, Any
 
+from printer import last_job
 from printer.errors import JournalError
 from printer.ports import lock_file, state_folder
 
@@ -46,61 +50,85 @@ class Entry:
         """Whether nothing is left to print."""
         return self.ended == "finished"
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether something of a print may stand in the printer, and more of it is to come.
+
+        A job that ended in an orderly way before its first line was acknowledged has printed nothing; one
+        that was cut off may have come further than its journal.
+        """
+        return not self.finished and (self.acknowledged_line > 0 or not self.ended)
+
 
 def journal_path(program: Path) -> Path:
-    """Beside the program; in the platform's state folder if that place cannot be written."""
+    """Beside the program (behind a link, beside the file itself); in the platform's state folder if that
+    place cannot be written. A journal that is there already is the one, whichever of the two it is."""
+    if program.is_symlink():
+        program = program.resolve()
     beside = program.with_name(program.name + SUFFIX)
-    if os.access(program.parent, os.W_OK):
+    place = hashlib.sha256(str(program.resolve()).encode(errors="surrogateescape")).hexdigest()[:16]
+    apart = state_folder() / "journals" / f"{program.name[:100]}.{place}{SUFFIX}"
+    if beside.exists() or (os.access(program.parent, os.W_OK) and not apart.exists()):
         return beside
-    return state_folder() / "journals" / (str(program.resolve()).replace(os.sep, "_") + SUFFIX)
+    return apart
 
 
 def read_journal(path: Path) -> Entry:
-    """What the journal says, its torn tail left out.
+    """What the journal says, what is damaged left out.
 
     Raises:
-        JournalError: if there is no journal, or none of its records is whole.
+        JournalError: if there is no journal, it cannot be read, or its first record is not whole.
     """
+    data = _bytes_of(path)
+    if data is None:
+        raise JournalError(f"{path.name}: there is no journal: no job of this program was begun here.")
+    return _entry(whole_records(data)[0], path.name, torn=b"\n" not in data)
+
+
+def unfinished(path: Path) -> Entry | None:
+    """The job that was begun and not finished; None if there is none.
+
+    Raises:
+        JournalError: if that cannot be told: the journal cannot be read, or its first record is damaged.
+    """
+    return _unfinished(_bytes_of(path) or b"", path.name)
+
+
+def _unfinished(data: bytes, name: str) -> Entry | None:
+    if b"\n" not in data:
+        return None  # cut off before the first record was whole, and so before the first line was sent
+    entry = _entry(whole_records(data)[0], name)
+    return entry if entry.interrupted else None
+
+
+def _bytes_of(path: Path) -> bytes | None:
     try:
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        raise JournalError(
-            f"{path.name}: there is no journal: no job of this program was begun here."
-        ) from error
-    records, _ = whole_records(data)
-    if not records or "job" not in records[0]:
-        raise JournalError(
-            f"{path.name}: no whole record: the job was cut off before its first line was sent."
-        )
-    return _entry(records)
-
-
-def unfinished(path: Path) -> int | None:
-    """The last acknowledged line of a job that was begun and not finished; None if there is none."""
-    records, _ = whole_records(path.read_bytes()) if path.exists() else ([], 0)
-    if not records or "job" not in records[0]:
+        return path.read_bytes()
+    except FileNotFoundError:
         return None
-    entry = _entry(records)
-    return None if entry.finished else entry.acknowledged_line
+    except OSError as error:
+        raise JournalError(f"{path}: the journal cannot be read: {error.strerror}.") from error
 
 
 def whole_records(data: bytes) -> tuple[list[dict[str, Any]], int]:
-    """The whole records, and where the torn tail begins."""
+    """The whole records, and where the last of them ends."""
     records: list[dict[str, Any]] = []
-    end = 0
-    for line in data.splitlines(keepends=True):
-        record = _decode(line)
-        if record is None:
-            break
-        records.append(record)
-        end += len(line)
+    end = place = 0
+    for line in data.split(b"\n"):
+        place += len(line) + 1
+        if place <= len(data) and (record := _decode(line)) is not None:
+            records.append(record)
+            end = place
     return records, end
 
 
 def _decode(line: bytes) -> dict[str, Any] | None:
-    if not line.endswith(b"\n") or line[8:9] != b" " or line[:8] != b"%08x" % zlib.crc32(line[9:-1]):
+    if line[8:9] != b" " or line[:8] != b"%08x" % zlib.crc32(line[9:]):
         return None
-    record = json.loads(line[9:-1])
+    try:
+        record = json.loads(line[9:])
+    except ValueError:
+        return None  # a checksum that fits by chance
     return record if isinstance(record, dict) else None
 
 
@@ -109,12 +137,22 @@ def _encode(record: dict[str, Any]) -> bytes:
     return b"%08x %s\n" % (zlib.crc32(text), text)
 
 
-def _entry(records: list[dict[str, Any]]) -> Entry:
+def _entry(records: list[dict[str, Any]], name: str, torn: bool = False) -> Entry:
+    job = records[0].get("job") if records else None
+    if torn:
+        raise JournalError(f"{name}: no whole record: the job was cut off before its first line was sent.")
+    known = [field.name for field in fields(JobRecord)]
+    if not isinstance(job, dict) or any(not isinstance(job.get(key), str) for key in known):
+        raise JournalError(
+            f"{name}: the journal is damaged: no whole record says which job it is of, so nobody can tell "
+            "where to go on."
+        )
     line, ended = 0, ""
     for record in records:
-        line = record.get("line", line)
-        ended = record.get("ended", "")
-    return Entry(JobRecord(**records[0]["job"]), line, ended)
+        line, ended = record.get("line", line), record.get("ended", "")
+    if not isinstance(line, int) or not isinstance(ended, str):
+        raise JournalError(f"{name}: the journal is of another kind: line {line!r}, ended {ended!r}.")
+    return Entry(JobRecord(**{key: job[key] for key in known}), line, ended)
 
 
 class Journal:
@@ -138,32 +176,70 @@ class Journal:
                 f"{path.name}: another sender writes this journal: wait, or stop it."
             ) from error
         self._first: dict[str, Any] = {}
+        self._aside: Path | None = None
         self._keep, self._line, self._synced_line = 0, 0, 0
+        self._port = ""
         self._synced = self._clock()
 
-    def begin(self, job: JobRecord) -> None:
-        """A new job: what the file holds is forgotten as soon as the job is `ready`."""
+    def begin(self, job: JobRecord) -> Path | None:
+        """A new job: what the file holds is forgotten as soon as the job is `ready`.
+
+        If it holds an interrupted job, or what cannot be read, that is kept aside then; returns where.
+        """
         self._first, self._keep, self._line, self._synced_line = {"job": asdict(job)}, 0, 0, 0
+        self._port, self._aside = job.port, self._place_aside() if self._is_precious() else None
+        return self._aside
 
     def ready(self) -> None:
-        """The port is open, the first line goes now: on disk before this returns."""
+        """The port is open, the first line goes now: on disk before this returns.
+
+        Raises:
+            OSError: if it cannot be written, or the old journal cannot be kept; that is still there then.
+        """
+        if self._aside is not None:
+            self._copy(self._aside)
         self._file.truncate(self._keep)
         self._append(self._first)
         _sync_folder(self.path.parent)
+        last_job.remember(self._port, self.path)
 
     def reopen(self, port: str) -> Entry:
         """Go on with an interrupted job, the torn tail left out; tells what was there.
 
         Raises:
-            JournalError: if no record is whole.
+            JournalError: if the first record is not whole.
         """
         self._file.seek(0)
-        records, end = whole_records(self._file.read())
-        if not records or "job" not in records[0]:
-            raise JournalError(f"{self.path.name}: no whole record: start the job anew.")
-        entry = _entry(records)
+        data = self._file.read()
+        records, end = whole_records(data)
+        entry = _entry(records, self.path.name, torn=b"\n" not in data)
         self._first, self._keep, self._line = {"resumed": port}, end, entry.acknowledged_line
+        self._port, self._aside = port, None
         return entry
+
+    def _is_precious(self) -> bool:
+        self._file.seek(0)
+        try:
+            return _unfinished(self._file.read(), self.path.name) is not None
+        except JournalError:
+            return True
+
+    def _place_aside(self) -> Path:
+        """A name that is free; nobody else takes it, for only the owner of the journal does."""
+        names = (self.path.with_name(f"{self.path.name}.{k}") for k in count(1))
+        return next(name for name in names if not name.exists())
+
+    def _copy(self, place: Path) -> None:
+        """Copied, not renamed: the open file, which is locked, stays the journal."""
+        self._file.seek(0)
+        with place.open("xb") as out:
+            try:
+                out.write(self._file.read())
+                out.flush()
+                os.fsync(out.fileno())
+            except OSError:
+                place.unlink()
+                raise
 
     def acknowledge(self, line: int) -> None:
         """Lines up to ``line`` of the file were acknowledged.

@@ -129,11 +129,15 @@ def state_folder() -> Path:
     return user_state_path("vslice")
 
 
-def port_lock(url: str) -> Lock:
-    """The lock of a port, whichever of its names is used. Each anonymous ``marlin://`` is its own."""
+def port_key(url: str) -> str:
+    """The same for all names of a port, a file's name. Each anonymous ``marlin://`` is its own."""
     device = re.sub(r"^spy://([^?]*).*", r"\1", url)
     name = str(Path(device).resolve()) if "://" not in device else url
     if re.match(r"marlin://(\?|$)", url):
         name += f"#{os.getpid()}-{os.urandom(4).hex()}"
-    digest = hashlib.sha256(name.encode()).hexdigest()[:16]
-    return Lock(state_folder() / "ports" / f"{digest}.lock", f"port {url}")
+    return hashlib.sha256(name.encode(errors="surrogateescape")).hexdigest()[:16]
+
+
+def port_lock(url: str) -> Lock:
+    """The lock of a port, whichever of its names is used."""
+    return Lock(state_folder() / "ports" / f"{port_key(url)}.lock", f"port {url}")

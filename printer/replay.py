@@ -1,8 +1,6 @@
-"""What a program has told the printer up to some command: modes, position, heaters, outputs, time."""
+"""What a program has told the printer up to some command: modes, position, heaters, outputs."""
 
-import math
 import re
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -26,9 +24,8 @@ SETTINGS = frozenset({"M302", "M220", "M221", "M203", "M204", "M205", "M201", "M
 
 @dataclass
 class Replay:
-    """The state after some commands. Lengths in mm, speeds in mm/s, time in s; ``position`` holds the axes
-    whose coordinate is known. ``material_mm`` is what was fed; what is drawn back and fed forward
-    again counts once."""
+    """The state after some commands. Lengths in mm, speeds in mm/s; ``position`` holds the axes whose
+    coordinate is known."""
 
     unit_mm: float = 1.0
     absolute: bool = True
@@ -41,8 +38,6 @@ class Replay:
     tool: str = ""
     extruding: bool = False  # the last command was a move that fed material
     retracted_mm: float = 0.0  # drawn back and not fed forward again
-    material_mm: float = 0.0
-    time_s: float = 0.0
     shifts: int = 0  # how often G92 moved the origin of X, Y or Z
 
     def apply(self, command: str) -> None:
@@ -53,16 +48,13 @@ class Replay:
         code, rest = f"{match[1]}{int(match[2])}", match[4]
         self.extruding = False
         if code in ("G0", "G1", "G2", "G3"):
-            self._move(words(rest), arc=code in ("G2", "G3"))
+            self._move(words(rest))
         elif code in ("G20", "G21"):
             self.unit_mm = 25.4 if code == "G20" else 1.0
         elif code in ("G90", "G91"):
             self.absolute = self.absolute_e = code == "G90"
         elif code in ("M82", "M83"):
             self.absolute_e = code == "M82"
-        elif code == "G4":
-            given = words(rest)
-            self.time_s += given.get("S") or (given.get("P") or 0.0) / 1000
         elif code == "G28":
             named = words(rest)
             for axis in [axis for axis in "XYZ" if axis in named] or "XYZ":
@@ -81,29 +73,25 @@ class Replay:
         elif code[0] == "T":
             self.tool = code
 
-    def _move(self, given: dict[str, float | None], arc: bool) -> None:
+    def _move(self, given: dict[str, float | None]) -> None:
         if feed := given.get("F"):
             self.feed_mm_s = feed * self.unit_mm / 60
-        squares = 0.0
+        moved = False
         for axis in "XYZ":
             value = given.get(axis)
             if value is None:
                 continue
             old = self.position.get(axis)
             new = value * self.unit_mm + (0.0 if self.absolute else old or 0.0)
-            squares += (new - (old or 0.0)) ** 2
+            moved = moved or new != old
             self.position[axis] = new
         fed = 0.0
         if (value := given.get("E")) is not None:
             old = self.position.get("E", 0.0)
             fed = value * self.unit_mm - (old if self.absolute_e else 0.0)
             self.position["E"] = old + fed
-        self.extruding = fed > 0 and squares > 0
-        self.material_mm += max(0.0, fed - self.retracted_mm)
+        self.extruding = fed > 0 and moved
         self.retracted_mm = max(0.0, self.retracted_mm - fed)
-        length = math.sqrt(squares) or abs(fed)
-        if self.feed_mm_s > 0:
-            self.time_s += length * (math.pi / 2 if arc else 1.0) / self.feed_mm_s
 
 
 def words(rest: str) -> dict[str, float | None]:
@@ -139,31 +127,3 @@ def highest(program: Program, count: int, axis: str, close_lines: Sequence[str] 
                 if value is not None:
                     most = value if most is None else max(most, value)
     return most
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """For a display: ``seconds[k]`` passed and ``heights_mm[k]`` on the build axis before command k."""
-
-    seconds: "array[float]"
-    heights_mm: "array[float]"
-    material_mm: float
-
-    @property
-    def total_s(self) -> float:
-        """The whole job in s."""
-        return self.seconds[-1]
-
-
-def estimate(program: Program, build_axis: str = "Z") -> Estimate:
-    """Times from lengths and speeds, without acceleration, scaled to what the slicer wrote, if it did."""
-    state = Replay()
-    seconds, heights = array("d", [0.0]), array("f", [math.nan])
-    for command in program.commands:
-        state.apply(command)
-        seconds.append(state.time_s)
-        heights.append(state.position.get(build_axis, math.nan))
-    if program.printing_time_s and state.time_s:
-        scale = program.printing_time_s / state.time_s
-        seconds = array("d", (second * scale for second in seconds))
-    return Estimate(seconds, heights, state.material_mm)

@@ -10,7 +10,7 @@ from printer.journal import LINES_PER_SYNC, Entry
 from printer.program import Program
 from printer.protocol import clean
 from printer.replay import MOTION, WAITING, Replay, highest, replay, words
-from printer.safety import extrusion, feed, lift, number
+from printer.safety import extrusion, feed, feed_of, lift, number
 from printer.settings import Safety
 
 PLANNER_MOVES = 16
@@ -37,7 +37,8 @@ def check_unchanged(program: Program, entry: Entry) -> None:
     if program.sha256 != entry.job.sha256:
         raise JournalError(
             f"{program.name}: the program changed since the job began: sha256 {program.sha256[:16]} now, "
-            f"{entry.job.sha256[:16]} in the journal. Restore the old file, or print the new one anew."
+            f"{entry.job.sha256[:16]} in the journal. Restore the old file, or print the new one "
+            "from its start with --restart."
         )
     if entry.finished:
         raise JournalError(
@@ -73,9 +74,7 @@ def start_of_work(program: Program, entry: Entry) -> int:
 
 
 def _nothing_printed(program: Program) -> ResumeError:
-    return ResumeError(
-        f"{program.name}: the job ended before its first toolpath: send it anew, from its start."
-    )
+    return ResumeError(f"{program.name}: the job ended before its first toolpath: begin anew with --restart.")
 
 
 def plan_resume(
@@ -116,6 +115,12 @@ def plan_resume(
             f"{program.name}: the height ({axis}) at which to go on is unknown: no move sets it."
         )
     doubt = "The printer was reset" if rebooted else _doubt(program, start, furthest, reported, axis)
+    if height_mm is not None and not doubt:
+        raise ResumeError(
+            f"the printer was not reset, and {_where(reported, axis)}: leave --height "
+            f"{number(height_mm)} out. If the nozzle was moved by hand, or the motors let go, "
+            "switch the printer off and on first."
+        )
     top = highest(program, furthest, axis, safety.close_lines)
     safe = max(target[axis], target[axis] if top is None else top) + safety.lift_mm
     primed = _to_prime(program, acknowledged, entry, state, safety)
@@ -128,7 +133,7 @@ def plan_resume(
         *(_find_position(safety, target, height_mm, doubt) if doubt else []),
         f"G0 {axis}{number(safe)} {feed(safety.lift_speed_mm_s)}",
         *(f"{WAITING[heater]} {rest}" for heater, rest in state.temperatures.items()),
-        *(["M83", f"G1 E{number(primed)} {feed(safety.retract_speed_mm_s)}"] if primed < 0 else []),
+        *_fed(min(0.0, primed), safety),
         *_approach(state, target, safety, max(0.0, primed)),
     ]
     commands = tuple(command for line in before if (command := clean(line)))
@@ -161,6 +166,13 @@ def _doubt(
     return None
 
 
+def _where(reported: dict[str, float] | None, axis: str) -> str:
+    height = (reported or {}).get(axis)
+    if height is None:
+        return "knows where it is"
+    return f"says that its nozzle stands at {axis} {number(height)}"
+
+
 def _find_position(
     safety: Safety, target: dict[str, float], height_mm: float | None, doubt: str
 ) -> list[str]:
@@ -174,6 +186,11 @@ def _find_position(
             f"the profile's homing lines {list(safety.home_lines)} home {axis}, the build direction, towards "
             f"the print: home the others only, as 'G28 {' '.join(sorted(set('XYZ') - {axis}))}'."
         )
+    if axis in homed and height_mm is not None:
+        raise ResumeError(
+            f"the profile's homing lines {list(safety.home_lines)} find {axis} themselves: leave --height "
+            f"{number(height_mm)} out."
+        )
     missing = set(target) - homed - ({axis} if height_mm is not None else set())
     if missing == {axis}:
         raise ResumeError(
@@ -185,7 +202,7 @@ def _find_position(
             f"{doubt}, so its position is unknown, and the profile's homing lines "
             f"{list(safety.home_lines)} do not find {', '.join(sorted(missing))}: add to resume_home_lines."
         )
-    raised = [] if height_mm is None or axis in homed else [f"G92 {axis}{number(height_mm + safety.lift_mm)}"]
+    raised = [] if height_mm is None else [f"G92 {axis}{number(height_mm + safety.lift_mm)}"]
     return [*raised, *safety.home_lines, "G90"]
 
 
@@ -205,14 +222,28 @@ def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm:
         *([state.tool] if state.tool else []),
         *([f"G0 {' '.join(others)} {feed(safety.travel_speed_mm_s)}"] if others else []),
         f"G0 {axis}{number(target[axis])} {feed(safety.lift_speed_mm_s)}",
-        *(["M83", f"G1 E{number(prime_mm)} {feed(safety.retract_speed_mm_s)}"] if prime_mm else []),
+        *_fed(prime_mm, safety),
         *state.outputs.values(),
+        *_recovered(state, safety),
         f"G92 E{state.position.get('E', 0.0):.5f}",
         f"G1 {feed(state.feed_mm_s)}",
         "G90" if state.absolute else "G91",
         "M82" if state.absolute_e else "M83",
         *(["G20"] if state.unit_mm != 1.0 else []),
     ]
+
+
+def _fed(mm: float, safety: Safety) -> list[str]:
+    """Material fed, or drawn back where ``mm`` is negative."""
+    word = feed_of(mm)
+    return ["M83", f"G1 {word} {feed(safety.retract_speed_mm_s)}"] if word else []
+
+
+def _recovered(state: Replay, safety: Safety) -> list[str]:
+    """What the close lines let the firmware draw back, where the program had not spoken of that so far."""
+    drawn_back = any(re.match(r"G10(?!\d)", clean(line)) for line in safety.close_lines)
+    spoken_of = any(place.startswith("retraction") for place in state.outputs)
+    return ["G11"] if drawn_back and not spoken_of else []
 
 
 def _words(

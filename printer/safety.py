@@ -5,12 +5,21 @@ import re
 from printer.protocol import clean
 from printer.settings import Safety
 
+E_DECIMALS = 5  # as in the programs
 EXTRUSION = re.compile(r"\s*G0*[01]\b.*?E\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 
 
-def number(value: float) -> str:
-    """A number as G-code wants it: at most three decimals, and no exponent."""
-    return f"{value:.3f}".rstrip("0").rstrip(".")
+def number(value: float, decimals: int = 3) -> str:
+    """A number as G-code wants it: rounded, without an exponent, and never "-0"."""
+    text = f"{value:.{decimals}f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def feed_of(mm: float) -> str:
+    """The E word for ``mm`` of material; "" if its digits say nothing. Each word that this package sends has
+    these digits, and `extrusion` reads them, so that what is primed is what was drawn back."""
+    text = number(mm, E_DECIMALS)
+    return "" if text == "0" else f"E{text}"
 
 
 def feed(speed_mm_s: float) -> str:
@@ -20,7 +29,7 @@ def feed(speed_mm_s: float) -> str:
 
 def extrusion(line: str) -> float:
     """The material in mm that a line of relative extrusion feeds; 0 if it is no such move."""
-    match = EXTRUSION.match(line.upper())
+    match = EXTRUSION.match(clean(line))
     return float(match[1]) if match else 0.0
 
 
@@ -32,7 +41,8 @@ def lift(safety: Safety) -> list[str]:
 def leave(safety: Safety) -> list[str]:
     """The lines of a controlled stop, after the queue has ended.
 
-    Material stops first, for a nozzle that is lifted while it flows draws a thread; heaters come last.
+    Lengths are in mm here, whatever the program's are in. Material stops first, for a nozzle that is lifted
+    while it flows draws a thread; heaters come last.
     """
-    lines = ["M83", *safety.close_lines, *lift(safety), *safety.stop_lines]
+    lines = ["G21", "M83", *safety.close_lines, *lift(safety), *safety.stop_lines]
     return [command for line in lines if (command := clean(line))]

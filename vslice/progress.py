@@ -1,6 +1,7 @@
 """What a user sees of a job under way: a bar on a terminal, plain lines elsewhere. All on stderr."""
 
 import math
+import re
 import sys
 import threading
 import time
@@ -12,37 +13,88 @@ from vslice.session import quiet, say
 
 if TYPE_CHECKING:
     from printer import Program, Progress
-    from printer.replay import Estimate
+    from vslice.timeline import Timeline
 
 PLAIN_EVERY_S = 10.0
+NEAR_C = 1.0  # a heater this near to where it shall be is there
+HEATING = re.compile(r"M1(?:09|90|91)(?!\d)")
+HEATERS = {"T": "nozzle", "B": "bed", "C": "chamber"}
+
+
+def _waits(command: str) -> bool:
+    """Whether a clean command waits for a heater."""
+    return command.startswith("M1") and HEATING.match(command) is not None
 
 
 class Display:
-    """Shows snapshots of a job: percent by estimated time, line, times, temperatures, height."""
+    """Shows snapshots of a job: percent by estimated time, line, times, temperatures, height.
 
-    def __init__(self, program: "Program", estimate: "Estimate", clock_runs: bool = True) -> None:
-        self.program, self.estimate = program, estimate
-        self.clock_runs = clock_runs  # in a dry run there is no time to wait
+    Heating is told apart: it moves neither the percent nor what is left, for no estimate knows how long it
+    takes. Without a ``timeline`` the percent is of commands, and what is left is unknown. ``heats_first``
+    tells that lines ahead of the program wait for heaters, as when a job is resumed at ``start_at``.
+    """
+
+    def __init__(
+        self,
+        program: "Program",
+        timeline: "Timeline | None",
+        start_at: int = 0,
+        heats_first: bool = False,
+    ) -> None:
+        self.program, self.timeline = program, timeline
+        self.start_at, self.heats_first = start_at, heats_first
+        commands = program.commands
+        self.last_wait = next((k for k in range(len(commands) - 1, -1, -1) if _waits(commands[k])), -1)
+        self.heating_s = 0.0  # so far
+        self._seen_s = 0.0
         self._plain_at, self._plain_percent = -math.inf, -1
+        self._plain_heating = False
 
     def percent(self, progress: "Progress") -> float:
         """How much of the estimated time has passed, 0 to 100."""
-        total = self.estimate.total_s
-        if total <= 0:
+        if self.timeline is None or self.timeline.total_s <= 0:
             return 100.0 * progress.acknowledged / max(1, progress.total)
-        return 100.0 * self.estimate.seconds[progress.acknowledged] / total
+        return 100.0 * (self.timeline.seconds[progress.acknowledged] / self.timeline.total_s)
+
+    def heating(self, progress: "Progress") -> str:
+        """What is being heated and how far it is, as "bed 43/60 °C"; "" if the job does not wait for heat."""
+        done = progress.acknowledged
+        first = self.heats_first and done == self.start_at
+        waits = first or (done < len(self.program) and _waits(self.program.commands[done]))
+        if progress.state.value != "printing" or not waits:
+            return ""
+        readings = progress.temperatures.items()
+        cold = [
+            f"{HEATERS.get(name, name)} {reading.actual:.0f}/{reading.target:.0f} °C"
+            for name, reading in readings
+            if reading.target and abs(reading.target - reading.actual) > NEAR_C
+        ]
+        return ", ".join(cold)
+
+    def watch(self, progress: "Progress") -> None:
+        """Take the time of heating; with each snapshot, once."""
+        if self.heating(progress):
+            self.heating_s += max(0.0, progress.elapsed_s - self._seen_s)
+        self._seen_s = progress.elapsed_s
 
     def words(self, progress: "Progress") -> str:
-        """Line, elapsed and remaining time, temperatures, height."""
-        remaining = self.estimate.total_s - self.estimate.seconds[progress.acknowledged]
-        height = self.estimate.heights_mm[progress.acknowledged]
-        line = self.program.acknowledged_line(progress.acknowledged)
+        """Line, elapsed and remaining time, heating, temperatures, height."""
+        done = progress.acknowledged
+        line = self.program.acknowledged_line(done)
         last = self.program.lines[-1] if len(self.program) else 0
-        parts = [f"line {line}/{last}", f"{clock(progress.elapsed_s)} elapsed", f"{clock(remaining)} left"]
-        parts += [
-            f"{name} {reading.actual:.0f}" + (f"/{reading.target:.0f}" if reading.target else "") + " °C"
-            for name, reading in progress.temperatures.items()
-        ]
+        heating = self.heating(progress)
+        parts = [f"heating {heating}, {clock(self.heating_s)} so far"] if heating else []
+        parts += [f"line {line}/{last}", f"{clock(progress.elapsed_s)} elapsed{self._of_it_heating(heating)}"]
+        height = math.nan
+        if self.timeline is not None:
+            height = self.timeline.heights_mm[done]
+            left = clock(self.timeline.total_s - self.timeline.seconds[done])
+            parts.append(f"{left} left" + (", heating apart" if heating or done <= self.last_wait else ""))
+        if not heating:
+            parts += [
+                f"{name} {reading.actual:.0f}" + (f"/{reading.target:.0f}" if reading.target else "") + " °C"
+                for name, reading in progress.temperatures.items()
+            ]
         if not math.isnan(height):
             parts.append(f"height {height:.2f} mm")
         if progress.resent:
@@ -51,12 +103,17 @@ class Display:
             parts.append("PAUSED, the nozzle stays on the print")
         return "  ".join(parts)
 
+    def _of_it_heating(self, heating: str) -> str:
+        return f", {clock(self.heating_s)} of it heating" if self.heating_s >= 1 and not heating else ""
+
     def plain(self, progress: "Progress") -> None:
         """A line now and then, for logs."""
         for message in progress.messages:
             say(message)
-        percent, now = self.percent(progress), time.monotonic()
-        due = now - self._plain_at >= PLAIN_EVERY_S
+        self.watch(progress)
+        percent, now, heating = self.percent(progress), time.monotonic(), bool(self.heating(progress))
+        due = now - self._plain_at >= PLAIN_EVERY_S or heating != self._plain_heating
+        self._plain_heating = heating
         if due or (int(percent) == 100 and self._plain_percent < 100):
             self._plain_at, self._plain_percent = now, int(percent)
             say(f"{percent:3.0f} %  {progress.state.value}  {self.words(progress)}")
@@ -80,6 +137,7 @@ def shown(display: Display) -> Iterator[Callable[["Progress"], None]]:
         def show(progress: "Progress") -> None:
             for message in progress.messages:
                 console.print(message, markup=False, highlight=False)
+            display.watch(progress)
             words = display.words(progress)
             if progress.state.value != "printing":
                 words = f"{progress.state.value}  {words}"

@@ -7,31 +7,60 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+import click
+
+from vslice.interrupted import known_of
 from vslice.progress import Display, clock, keys, shown
 from vslice.session import say
 
 if TYPE_CHECKING:
     from printer import Journal, Program, Report, Settings
+    from profiles import Profile
+    from vslice.timeline import Timeline
 
 MOST_WARNINGS = 5  # that are shown one by one
 
 
-def stream_program(program_file: Path, port: str, settings: "Settings", profile_name: str) -> int:
-    """Stream a file to a port with display, journal and Ctrl-C; returns the exit code."""
+def stream_program(
+    program_file: Path,
+    port: str,
+    settings: "Settings",
+    profile: "Profile",
+    profile_name: str,
+    restart: bool = False,
+) -> int:
+    """Stream a file to a port with display, journal and Ctrl-C; returns the exit code.
+
+    Raises:
+        UsageError: a job of this program was interrupted, and ``restart`` does not say to begin anew.
+    """
     from printer import Journal, read_program
-    from printer.journal import JobRecord, journal_path, unfinished
+    from printer.journal import JobRecord, journal_path
 
     program = read_program(program_file)
     path = journal_path(program_file)
     with closing(Journal(path)) as journal:
-        if (line := unfinished(path)) is not None:
-            say(
-                f"{program.name}: its last job ended at line {line}; this begins anew (--resume would go on)."
-            )
-        journal.begin(JobRecord(str(program_file.resolve()), program.sha256, port, profile_name))
+        if not restart and (known := known_of(path)) is not None:  # since we asked
+            raise click.UsageError(f"{program.name}: {known}. Give --resume or --restart. Nothing was sent.")
+        aside = journal.begin(JobRecord(str(program_file.resolve()), program.sha256, port, profile_name))
+        if aside is not None:
+            say(f"{program.name}: begins anew; the journal of the interrupted job is kept as {aside}.")
+        display = Display(program, times_of(program_file, program, profile))
         with resume_offered(program, path):
-            report = run(program, port, settings, journal)
+            report = run(program, port, settings, journal, display)
     return told(report, path, program)
+
+
+def times_of(program_file: Path, program: "Program", profile: "Profile") -> "Timeline | None":
+    """The times of a program; None, and why, if it holds what no estimate can read."""
+    from gcode.errors import ParseError
+    from vslice.timeline import timeline
+
+    try:
+        return timeline(program_file, program, profile)
+    except ParseError as error:
+        say(f"The time that is left is unknown, percent is of commands: {program_file.name}: {error}.")
+        return None
 
 
 def run(
@@ -39,14 +68,13 @@ def run(
     port: Any,
     settings: "Settings",
     journal: "Journal | None",
+    display: Display,
     start_at: int = 0,
     before: Sequence[str] = (),
 ) -> "Report":
     """Stream from command ``start_at`` on, behind the lines ``before``, with display, keys and Ctrl-C."""
     from printer import Job
-    from printer.replay import estimate
 
-    display = Display(program, estimate(program, settings.safety.build_axis))
     with shown(display) as show:
         job = Job(
             program, port, settings, on_progress=show, journal=journal, start_at=start_at, before=before

@@ -52,7 +52,7 @@ def written(path, *lines, ended=""):
 def test_what_was_written_is_read(path):
     written(path, 100, 900)
     assert read_journal(path) == Entry(JOB, 900, "")
-    assert unfinished(path) == 900
+    assert unfinished(path) == Entry(JOB, 900, "")
 
 
 @pytest.mark.parametrize("ended", ["finished", "stopped", "failed"])
@@ -91,15 +91,17 @@ def test_any_bytes_are_a_journal_or_none(data):
 
 @search(deadline=None)
 @given(st.data())
-def test_a_damaged_byte_ends_the_journal_there(data):
+def test_a_damaged_byte_loses_its_record_alone(data):
     from printer.journal import _encode
 
     records = [{"line": k} for k in range(5)]
     whole = bytearray(b"".join(map(_encode, records)))
     place = data.draw(st.integers(0, len(whole) - 1))
     whole[place] ^= data.draw(st.integers(1, 255))
-    before = sum(len(_encode(record)) * (k + 1) <= place for k, record in enumerate(records))
-    assert whole_records(bytes(whole))[0] == records[:before]
+    size = len(_encode(records[0]))
+    hit = place // size
+    lost = {hit, hit + 1} if whole[(hit + 1) * size - 1] != 10 else {hit}
+    assert whole_records(bytes(whole))[0] == [record for k, record in enumerate(records) if k not in lost]
 
 
 def test_at_most_one_sync_a_second_or_five_hundred_lines(path, monkeypatch):
@@ -185,3 +187,57 @@ def test_a_failed_job_leaves_a_journal_of_what_was_acknowledged(path):
     journal.close()
     assert read_journal(path) == Entry(JOB, caught.value.report.acknowledged, "failed")
     assert 1950 < caught.value.report.acknowledged < 2000
+
+
+def test_a_new_job_keeps_the_journal_of_an_interrupted_one_aside(path):
+    contents = [written(path, line) for line in (100, 200)]
+    assert path.with_name(path.name + ".1").read_bytes() == contents[0]
+    journal = Journal(path)
+    assert journal.begin(JOB) == path.with_name(path.name + ".2")
+    journal.ready()
+    journal.close()
+    assert path.with_name(path.name + ".2").read_bytes() == contents[1]
+    written(path, 300, ended="finished")
+    written(path, 400)
+    assert len(list(path.parent.glob("part*"))) == 4, "a finished job needs no keeping"
+
+
+def test_a_damaged_journal_is_kept_aside_and_never_taken_for_a_finished_one(path):
+    whole = written(path, 100, 200)
+    path.write_bytes(b"x" + whole[1:])
+    with pytest.raises(JournalError, match="damaged"):
+        unfinished(path)
+    written(path, 5)
+    assert path.with_name(path.name + ".1").read_bytes() == b"x" + whole[1:]
+
+
+def test_a_job_that_ended_before_its_first_line_left_nothing(path):
+    written(path, 0, ended="failed")
+    assert unfinished(path) is None
+
+
+def test_two_programs_in_read_only_folders_have_two_journals(path, monkeypatch):
+    monkeypatch.setattr("os.access", lambda *_: False)
+    one, other = (journal_path(path.parent / name) for name in ("a_b/c.gcode", "a/b_c.gcode"))
+    assert one != other
+
+
+def test_a_journal_is_found_when_its_folder_became_writable(path, monkeypatch):
+    program = path.parent / "part.gcode"
+    monkeypatch.setattr("os.access", lambda *_: False)
+    apart = journal_path(program)
+    written(apart, 100)
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_STATE_HOME", str(path.parent / "state"))
+    assert journal_path(program) == apart
+
+
+def test_the_last_job_of_a_port_is_remembered_where_names_last(path):
+    from printer.last_job import journal_of, remember
+
+    path.touch()
+    for port, lasts in (("/dev/ttyUSB7", True), ("/dev/pts/3", False), ("marlin://?clock=fast", False)):
+        remember(port, path)
+        assert (journal_of(port) == path) == lasts, port
+    path.unlink()
+    assert journal_of("/dev/ttyUSB7") is None

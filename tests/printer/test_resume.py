@@ -1,5 +1,6 @@
 """An interrupted job goes on at the start of its toolpath, and the nozzle comes from above."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -12,6 +13,7 @@ from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
 from printer.replay import highest, replay
 from printer.resume import plan_resume, start_of_work
+from printer.safety import extrusion, feed_of, leave, number
 
 
 def resumed(program, firmware, plan):
@@ -210,3 +212,38 @@ def test_a_program_that_moves_its_origin_is_refused():
     program = make_program(lines)
     with pytest.raises(ResumeError, match="G92"):
         plan_resume(program, entry(program, 80), SAFETY, rebooted=False)
+
+
+@pytest.mark.parametrize("drawn_mm", [0.00008, 0.00012, 0.8, 0.123456789])
+def test_exactly_what_was_drawn_back_is_primed(drawn_mm):
+    """In mm, without exponents, and to the last digit that was written."""
+    program = sheet()
+    safety = replace(SAFETY, close_lines=(f"G1 {feed_of(-drawn_mm)} F600",))
+    inside = program.lines[program.toolpaths[30] + 3]
+    assert leave(safety)[:2] == ["G21", "M83"]
+    plan = plan_resume(program, entry(program, inside, "stopped"), safety, rebooted=False)
+    fed = sum(extrusion(line) for line in plan.before)
+    # the first move of a toolpath feeds 1 mm, which is drawn back before it
+    assert fed + 1 == pytest.approx(-extrusion(leave(safety)[2]), abs=1e-12)
+    assert not any("E-0 " in line or re.search(r"[\d.]E[-+]?\d", line) for line in plan.before)
+
+
+@pytest.mark.parametrize(("mm", "word"), [(-8e-5, "E-0.00008"), (-4e-6, ""), (2.0, "E2"), (1e-320, "")])
+def test_words_have_no_exponent(mm, word):
+    assert feed_of(mm) == word
+    assert number(-1e-9) == "0"
+
+
+def test_a_firmware_retraction_of_the_stop_is_taken_back():
+    program = sheet()
+    inside = program.lines[program.toolpaths[30] + 3]
+    safety = replace(SAFETY, close_lines=("G10",))
+    assert "G11" in plan_resume(program, entry(program, inside, "stopped"), safety, rebooted=False).before
+
+
+def test_a_height_is_refused_where_the_printer_knows_its_own():
+    with pytest.raises(ResumeError, match="leave --height 3 out"):
+        plan_resume(sheet(), entry(sheet(), 200), SAFETY, rebooted=False, height_mm=3)
+    up = replace(SAFETY, home_lines=("G28",), build_axis_homes_up=True)
+    with pytest.raises(ResumeError, match="leave --height 3 out"):
+        plan_resume(sheet(), entry(sheet(), 200), up, rebooted=True, height_mm=3)

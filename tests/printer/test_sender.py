@@ -274,7 +274,18 @@ def test_a_controlled_stop_ends_the_queue_and_leaves_the_print():
     assert desk.sender.state is State.STOPPED
     assert lines.pop(0) == "M108"
     commands = [line.split("*")[0].split(maxsplit=1)[1] for line in lines]
-    assert commands == ["M400", "M83", "M42 P4 S0", "G91", "G0 Z7 F300", "G90", "M104 S0", "M400", "M105"]
+    assert commands == [
+        "M400",
+        "G21",
+        "M83",
+        "M42 P4 S0",
+        "G91",
+        "G0 Z7 F300",
+        "G90",
+        "M104 S0",
+        "M400",
+        "M105",
+    ]
 
 
 def test_a_stop_during_a_resend_still_sends_what_was_numbered():

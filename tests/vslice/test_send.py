@@ -328,3 +328,139 @@ def test_a_profile_becomes_settings():
     assert settings.safety.home_lines == profile.printer.resume_home_lines
     generic = settings_of(profiles.load("marlin-generic"))
     assert any(line.startswith("G1 E-") for line in generic.safety.close_lines)
+
+
+@pytest.fixture
+def broken(run, part):
+    """A job that was interrupted at about a third; gives its journal."""
+    assert (
+        run("send", part, "--port", "marlin://?clock=fast&fault=disconnect@300", "--no-check", *QUICK)[0] == 1
+    )
+    return journal_path(part)
+
+
+ANEW = ("--port", "marlin://?clock=fast", "--no-check", *QUICK)
+
+
+def test_without_a_terminal_an_interrupted_job_is_not_begun_anew(run, part, broken):
+    before = broken.read_bytes()
+    code, _, err = run("send", part, *ANEW)
+    assert code == 2
+    assert "--resume" in err
+    assert "--restart" in err
+    assert broken.read_bytes() == before
+    broken.write_bytes(b"x" + before[1:])  # damaged: the same care
+    code, _, err = run("send", part, *ANEW)
+    assert (code, "cannot be told" in err, "--restart" in err) == (2, True, True)
+
+
+def test_restart_begins_anew_and_keeps_the_old_journal(run, part, broken):
+    before = broken.read_bytes()
+    code, _, err = run("send", part, "--restart", *ANEW)
+    assert code == 0, err
+    kept = broken.with_name(broken.name + ".1")
+    assert f"kept as {kept}" in err
+    assert kept.read_bytes() == before
+    assert read_journal(broken).finished
+
+
+@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("restart", 0), ("resume", 1)])
+def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer, code):
+    monkeypatch.setattr("vslice.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("sys.stdin", io.StringIO(answer + "\n"))
+    before = broken.read_bytes()
+    ended, _, err = run("send", part, *ANEW)
+    assert ended == code, err
+    assert "begin anew on a clear plate, or stop" in err
+    if answer == "resume":  # a printer that is new: its height is unknown
+        assert "--height" in err
+    assert (broken.read_bytes() == before) == (answer != "restart")
+
+
+def test_a_dry_run_neither_asks_nor_touches_the_journal(run, part, broken):
+    before = broken.read_bytes()
+    assert run("send", part, "--dry-run", "--no-check")[0] == 0
+    assert broken.read_bytes() == before
+
+
+@pytest.mark.parametrize("height", [None, 2.5])
+def test_a_dry_run_of_resuming_says_what_would_happen(run, part, broken, height):
+    before = broken.read_bytes()
+    words = [] if height is None else ["--height", str(height)]
+    code, out, err = run("send", part, "--resume", "--dry-run", *words)
+    assert code == 0, err
+    assert re.search(r"Going back to line \d+, where toolpath \d+ begins", out)
+    assert ("G92 Z12.5" in out) == (height is not None)
+    assert re.search(r"lines +(\d+) of \1 commands from there on", out)
+    assert re.search(r"position +X 4\.500 +Y 0\.000 +Z 6\.100", out)
+    material = float(re.search(r"material +([\d.]+) mm", out)[1])
+    assert 7 < material < 14
+    assert broken.read_bytes() == before
+    assert list(broken.parent.glob("*.1")) == []
+
+
+def test_another_program_does_not_begin_where_an_interrupted_one_may_stand(run, part):
+    port = "marlin://lab-of-two-programs?clock=fast&fault=disconnect@300"
+    assert run("send", part, "--port", port, "--no-check", *QUICK)[0] == 1
+    other = part.with_name("other.gcode")
+    other.write_text("\n".join(PROGRAM))
+    code, _, err = run("send", other, "--port", port, "--no-check", *QUICK)
+    assert (code, "part.gcode" in err, "--restart" in err) == (2, True, True)
+    assert run("send", other, "--port", port, "--no-check", "--restart", *QUICK)[0] == 0
+    assert not any(journal_path(other).parent.glob("*.1"))
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--height", "3"], "--height without --resume"),
+        (["--yes"], "--yes without --resume"),
+        (["--dry-run", "--port", "marlin://"], "--port with --dry-run"),
+        (["--dry-run", "--baud", "9600"], "--baud with --dry-run"),
+        (["--port", "marlin://", "--baud", "9600"], "--baud on a port without a wire"),
+        (["--restart", "--resume"], "--restart with --resume"),
+        (["--dry-run", "--restart"], "--restart with --dry-run"),
+        (["--resume", "--no-check"], "--no-check with --resume"),
+        (["--resume", "--height", "nan"], "--height"),
+        (["--resume", "--height", "inf"], "--height"),
+        (["--probe-after", "0"], "--probe-after"),
+        (["--give-up-after", "nan"], "--give-up-after"),
+        (["--give-up-after", "1"], "Giving up after 1 s must come after probing"),
+        (["--baud", "0"], "--baud"),
+    ],
+    ids=str,
+)
+def test_options_without_effect_or_sense_are_refused(run, part, words, complaint):
+    code, _, err = run("send", part, *words)
+    assert (code, complaint in err) == (2, True), err
+
+
+@pytest.mark.parametrize("name", ["-", ".", "/dev/null"])
+def test_a_program_that_is_no_file_is_refused(run, name):
+    code, _, err = run("send", name)
+    assert (code, "Write the program to a file first" in err) == (2, True), err
+
+
+def test_slicing_over_the_program_of_an_interrupted_job_warns(run, part, broken):
+    code, _, err = run(EXAMPLE, "-o", part, "--method", "greedy")
+    assert (code, "name another file with -o" in err) == (0, True), err
+    before = part.read_bytes()
+    code, _, err = run(EXAMPLE, "-o", part, "--send", "--port", "marlin://?clock=fast")
+    assert (code, "--restart" in err, part.read_bytes() == before) == (2, True, True)
+
+
+def test_emulate_replaces_no_file_and_refuses_what_is_no_option(run, part):
+    assert run("emulate", "--link", part)[0] == 2
+    assert part.exists()
+    assert run("emulate", "--faults", "corrupt")[0] == 2
+
+
+def test_the_console_sends_no_line_that_a_printer_garbles(run, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("M117 " + "x" * 99 + "\nM114\n"))
+    code, out, err = run("console", "--port", "marlin://?clock=fast")
+    assert (code, "Not sent" in err, "Count" in out) == (0, True, True)
+
+
+def test_lines_for_leaving_have_no_exponent():
+    settings = settings_of(profiles.load("marlin-generic", ["motion.retract_mm=0.00008"]))
+    assert any(line.startswith("G1 E-0.00008 F") for line in settings.safety.close_lines)

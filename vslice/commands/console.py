@@ -23,7 +23,7 @@ def command(port: str, baud: int) -> None:
     import serial
 
     from printer.ports import open_port, port_lock
-    from printer.protocol import clean
+    from printer.protocol import MAX_LINE, clean, unescaped
 
     with port_lock(port), closing(open_port(port, baud)) as line:
         closed = threading.Event()
@@ -45,8 +45,15 @@ def command(port: str, baud: int) -> None:
         listener.start()
         try:
             for text in _typed():
-                if command_text := clean(text):
-                    line.write(command_text.encode() + b"\n")
+                if not (command_text := clean(text)):
+                    continue
+                data = command_text.encode(errors="replace")
+                if len(unescaped(data)) > MAX_LINE or not command_text.isprintable():
+                    say(
+                        f"Not sent: more than {MAX_LINE} bytes, or a control character: {command_text[:40]!a}"
+                    )
+                    continue
+                line.write(data + b"\n")
         finally:
             # What the last command makes the printer say still comes, if it comes soon.
             listener.join(timeout=0.5)

@@ -29,6 +29,11 @@ def command(options: tuple[str, ...], fast: bool, link: Path | None) -> None:
         raise click.ClickException(
             "Pseudo-terminals exist on Linux and macOS only; here use --port marlin://"
         )
+    for option in options:
+        if not all(option.partition("=")) or "&" in option:
+            raise click.UsageError(f"--faults {option!r} is no KEY=VALUE.")
+    if link is not None and link.exists() and not (link.is_symlink() and link.is_char_device()):
+        raise click.UsageError(f"{link} is there and is no link to a port; name another with --link.")
     from printer.emulator.pty import PtyPrinter
     from printer.urlhandler.protocol_marlin import printer_from_url
 
@@ -37,16 +42,18 @@ def command(options: tuple[str, ...], fast: bool, link: Path | None) -> None:
     if link is not None:
         link.unlink(missing_ok=True)
         link.symlink_to(printer.path)
-    click.echo(printer.path)
-    sys.stdout.flush()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: printer.stop())
-    printer.serve()
+    try:
+        click.echo(printer.path)
+        sys.stdout.flush()
+        printer.serve()
+    finally:
+        printer.close()
+        if link is not None:
+            link.unlink(missing_ok=True)
     if not firmware.connected:
         say("The cable was pulled (a scripted fault).")
-    printer.close()
-    if link is not None:
-        link.unlink(missing_ok=True)
     say(
         f"{firmware.lines} commands, {firmware.path.count} moves, {firmware.path.material:.2f} mm of E, "
         f"{firmware.refused} lines refused, {firmware.repeated} repeated lines dropped, "

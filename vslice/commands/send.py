@@ -8,16 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vslice.options import program_profile_option, set_option
-from vslice.progress import Display, clock, shown
+from vslice.dry_running import show_dry_run
+from vslice.interrupted import ask, ask_of_port
+from vslice.options import Number, baud_rate, program_profile_option, set_option
+from vslice.progress import Display
 from vslice.session import common
-from vslice.streaming import resume_offered, run, stream_program, told
+from vslice.streaming import resume_offered, run, stream_program, times_of, told
 
 if TYPE_CHECKING:
     from printer import Settings
     from profiles import Profile
 
-MOST = 5  # violations and warnings that are shown one by one
+
+MOST = 5  # violations that are shown one by one
 
 
 @click.command("send", epilog="Example: vslice send part.gcode --port /dev/ttyUSB0 -p marlin-syringe")
@@ -29,17 +32,26 @@ MOST = 5  # violations and warnings that are shown one by one
 @set_option
 @click.option("--dry-run", is_flag=True, help="Run the same code against an emulated printer, time flying.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted job, from its journal.")
+@click.option("--restart", is_flag=True, help="Begin anew though a job was interrupted; the plate is clear.")
 @click.option(
-    "--height", "height_mm", type=float, metavar="MM", help="With --resume: where the nozzle stands."
+    "--height",
+    "height_mm",
+    type=Number(0, 10_000),
+    metavar="MM",
+    help="With --resume: where the nozzle stands.",
 )
 @click.option("-y", "--yes", is_flag=True, help="Do not ask before the nozzle moves to resume.")
 @click.option("--no-check", is_flag=True, help="Send even what 'vslice check' finds fault with.")
-@click.option("--baud", type=int, help="Instead of the profile's [printer] baud.")
+@click.option("--baud", type=baud_rate, help="Instead of the profile's [printer] baud.")
 @click.option(
     "--window", "window_lines", type=click.IntRange(1, 64), metavar="LINES", help="Lines in flight."
 )
-@click.option("--probe-after", type=float, metavar="S", help="Silence after which the printer is asked.")
-@click.option("--give-up-after", type=float, metavar="S", help="Silence after which the job fails.")
+@click.option(
+    "--probe-after", type=Number(0.05, 3600), metavar="S", help="Silence after which the printer is asked."
+)
+@click.option(
+    "--give-up-after", type=Number(0.1, 86_400), metavar="S", help="Silence after which the job fails."
+)
 @common
 def command(
     program_file: Path | None,
@@ -48,6 +60,7 @@ def command(
     overrides: tuple[str, ...],
     dry_run: bool,
     resume: bool,
+    restart: bool,
     height_mm: float | None,
     yes: bool,
     no_check: bool,
@@ -63,6 +76,26 @@ def command(
     """
     from vslice.machine import read_profile
 
+    given: dict[str, Any] = {
+        "baud": baud, "window_lines": window_lines,
+        "probe_after_s": probe_after, "give_up_after_s": give_up_after,
+    }  # fmt: skip
+    _refuse_without_effect(
+        {
+            "--height without --resume": height_mm is not None and not resume,
+            "--yes without --resume": yes and not resume,
+            "--yes with --dry-run, which asks nothing": yes and dry_run,
+            "--port with --dry-run": port is not None and dry_run,
+            "--baud with --dry-run": baud is not None and dry_run,
+            "--baud on a port without a wire": baud is not None
+            and str(port).startswith(("socket", "marlin")),
+            "--restart with --resume": restart and resume,
+            "--restart with --dry-run": restart and dry_run,
+            "--no-check with --resume, which checks nothing": no_check and resume,
+        }
+    )
+    if program_file is not None:
+        _refuse_stream(program_file)
     if resume:
         entry = _interrupted(program_file)
         program_file, port = entry.program_file, port or entry.port
@@ -72,40 +105,81 @@ def command(
             "Which program? Give PART.gcode, or --resume to go on with an interrupted job."
         )
     _, profile = read_profile(program_file, profile_name, overrides)
-    given: dict[str, Any] = {
-        "baud": baud, "window_lines": window_lines,
-        "probe_after_s": probe_after, "give_up_after_s": give_up_after,
-    }  # fmt: skip
     settings = replace(settings_of(profile), **{k: v for k, v in given.items() if v is not None})
+    if settings.give_up_after_s <= settings.probe_after_s:
+        raise click.UsageError(
+            f"Giving up after {settings.give_up_after_s:g} s must come after probing, at "
+            f"{settings.probe_after_s:g} s: see --give-up-after and --probe-after."
+        )
+    if not (resume or dry_run):
+        from printer.journal import journal_path
+
+        choice = ask(program_file, journal_path(program_file), restart)
+        resume, restart = choice == "resume", restart or choice == "restart"
     if not no_check and not resume:
         check(program_file, profile)
     if dry_run:
-        _dry_run(program_file, settings)
+        show_dry_run(program_file, settings, profile, resume, height_mm)
         return
-    port = port or _only_port()
+    port = port or (_interrupted(program_file).port if resume else _only_port())
     if resume:
-        code = _resume(program_file, port, settings, profile_name or "", height_mm, yes)
+        code = _resume(program_file, port, settings, profile, height_mm, yes)
     else:
-        code = stream_program(program_file, port, settings, profile_name or "")
+        code = _send(program_file, port, settings, profile, profile_name or "", restart)
     click.get_current_context().exit(code)
 
 
-def send_file(program_file: Path, port: str | None, profile: "Profile", profile_name: str) -> int:
+def _refuse_without_effect(wrong: dict[str, bool]) -> None:
+    """Refuse options that would do nothing: whoever gives one expects that it does."""
+    for what, is_so in wrong.items():
+        if is_so:
+            raise click.UsageError(f"{what} has no effect; leave it out.")
+
+
+def _refuse_stream(program_file: Path) -> None:
+    """A program must be there tomorrow too, and its journal beside it."""
+    if str(program_file) == "-" or (program_file.exists() and not program_file.is_file()):
+        raise click.UsageError(
+            f"{program_file} is no ordinary file: a job that is interrupted goes on from its program and the "
+            "journal beside it. Write the program to a file first, and send that."
+        )
+
+
+def _send(
+    program_file: Path,
+    port: str,
+    settings: "Settings",
+    profile: "Profile",
+    profile_name: str,
+    restart: bool,
+) -> int:
+    from printer.journal import journal_path
+
+    if not restart:
+        ask_of_port(port, journal_path(program_file))
+    return stream_program(program_file, port, settings, profile, profile_name, restart)
+
+
+def send_file(
+    program_file: Path, port: str | None, profile: "Profile", profile_name: str, restart: bool
+) -> int:
     """Stream a program that has been checked, to the only port where none is named; the exit code."""
-    return stream_program(program_file, port or _only_port(), settings_of(profile), profile_name)
+    port = port or _only_port()
+    return _send(program_file, port, settings_of(profile), profile, profile_name, restart)
 
 
 def settings_of(profile: "Profile") -> "Settings":
     """What `printer` wants to know, from a profile."""
     from printer import Safety, Settings
+    from printer.safety import feed, feed_of
     from profiles import render
 
     serial, motion, material = profile.printer, profile.motion, profile.material
     close = list(render(profile.gcode.valve_close, profile.values))
     if motion.firmware_retraction:
         close.append("G10")
-    elif material.feed != "pneumatic" and motion.retract_mm:
-        close.append(f"G1 E-{motion.retract_mm:g} F{motion.retract_speed_mm_s * 60:g}")
+    elif material.feed != "pneumatic" and (word := feed_of(-motion.retract_mm)):
+        close.append(f"G1 {word} {feed(motion.retract_speed_mm_s)}")
     speeds = profile.machine.max_speed_mm_s
     safety = Safety(
         build_axis="Z",
@@ -144,29 +218,6 @@ def check(program_file: Path, profile: "Profile") -> None:
         )
 
 
-# --- dry run -------------------------------------------------------------------------------------------
-
-
-def _dry_run(program_file: Path, settings: "Settings") -> None:
-    from printer import read_program
-    from printer.dry_run import dry_run
-    from printer.replay import estimate
-
-    program = read_program(program_file)
-    with shown(Display(program, estimate(program), clock_runs=False)) as show:
-        ended = dry_run(program, settings, show)
-    where = "  ".join(f"{axis} {value:.3f}" for axis, value in ended.position.items())
-    click.echo(f"lines      {ended.report.acknowledged} of {ended.report.total} commands, each taken once")
-    click.echo(f"moves      {ended.path.count}")
-    click.echo(f"position   {where} (mm, at the end)")
-    click.echo(f"material   {ended.material_mm:.2f} mm of E")
-    click.echo(f"time       {clock(ended.time_s)} (moves at their programmed speed, waits and heating)")
-    warnings = list(dict.fromkeys(ended.report.warnings))
-    click.echo(f"warnings   {len(ended.report.warnings)}")
-    for warning in warnings[:MOST]:
-        click.echo(f"  {warning}")
-
-
 # --- resume --------------------------------------------------------------------------------------------
 
 
@@ -184,19 +235,24 @@ def _interrupted(program_file: Path | None) -> _Interrupted:
     if program_file is not None:
         job = read_journal(journal_path(program_file)).job
         return _Interrupted(program_file, job.port, job.profile)
-    journals = sorted(Path.cwd().glob(f"*{SUFFIX}"))
-    # One without a whole record is of a job that never began.
-    found = [read_journal(path).job for path in journals if unfinished(path) is not None]
+    # A folder that was moved took both along: the program is beside its journal.
+    found = [path for path in sorted(Path.cwd().glob(f"*{SUFFIX}")) if unfinished(path) is not None]
     if len(found) != 1:
-        names = ", ".join(Path(job.program).name for job in found) or "none"
+        names = ", ".join(path.name.removesuffix(SUFFIX) for path in found) or "none"
         raise click.UsageError(f"Interrupted jobs in this folder: {names}. Give the program to resume.")
-    return _Interrupted(Path(found[0].program), found[0].port, found[0].profile)
+    job = read_journal(found[0]).job
+    return _Interrupted(found[0].with_name(found[0].name.removesuffix(SUFFIX)), job.port, job.profile)
 
 
 def _resume(
-    program_file: Path, port: str, settings: "Settings", profile_name: str, height_mm: float | None, yes: bool
+    program_file: Path,
+    port: str,
+    settings: "Settings",
+    profile: "Profile",
+    height_mm: float | None,
+    yes: bool,
 ) -> int:
-    from printer import Job, Journal, make_program, read_program
+    from printer import Job, Journal, ResumeError, make_program, read_program
     from printer.journal import journal_path
     from printer.ports import open_port, port_lock
     from printer.resume import check_unchanged, plan_resume
@@ -222,8 +278,17 @@ def _resume(
             if not yes and not click.confirm("Is the way free? The nozzle will move", err=True):
                 raise click.Abort
             ready = replace(settings, boot_wait_s=0.0)
+            if not yes:  # what was true when we asked
+                again = Job(make_program(["M114"], name=program.name), line, ready).run()
+                if again.rebooted or again.position != greeting.position:
+                    raise ResumeError(
+                        f"{program.name}: the printer was reset or moved while the question stood. "
+                        "Nothing was sent; resume again."
+                    )
+            times = times_of(program_file, program, profile)
+            display = Display(program, times, plan.start_at, heats_first=True)
             with resume_offered(program, path):
-                report = run(program, line, ready, journal, plan.start_at, plan.before)
+                report = run(program, line, ready, journal, display, plan.start_at, plan.before)
     return told(report, path, program)
 
 

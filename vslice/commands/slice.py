@@ -92,6 +92,7 @@ def command(
         raise click.UsageError("--send streams from a file; give it a name with -o.")
     ignored = (IGNORED_STRAIGHT if objective == "straight" else IGNORED).get(method, ())
     no_effect(f"--method {method}", *(name for name in ignored if name != "workers" or workers > 1))
+    restart = target is not None and _may_lose_job(target, send)
     from vslice.pipeline import Search, slice_grid
 
     search = Search(method, effort, objective, start, seed, time_limit_s, workers)
@@ -115,7 +116,26 @@ def command(
         from vslice.commands.send import check, send_file
 
         check(target, sliced.profile)
-        click.get_current_context().exit(send_file(target, port, sliced.profile, ""))
+        click.get_current_context().exit(send_file(target, port, sliced.profile, "", restart))
+
+
+def _may_lose_job(target: Path, send: bool) -> bool:
+    """Warn of an interrupted job whose program is to be written over; to send, ask. Whether to begin anew."""
+    from printer.journal import journal_path
+    from vslice.interrupted import ask, known_of
+
+    journal = journal_path(target)
+    if known_of(journal) is None:
+        return False
+    if send:
+        if ask(target, journal, restart=False) == "resume":
+            raise click.UsageError(f"Go on with it by 'vslice send --resume {target}'; nothing was sliced.")
+        return True
+    say(
+        f"Warning: {target}: {known_of(journal)}. When another program is written here, that job cannot be "
+        "resumed: to keep it, stop now and name another file with -o."
+    )
+    return False
 
 
 def _begin(step: Steps, name: str, workers: int) -> None:

@@ -1,0 +1,59 @@
+"""What a printer would do, told to the user."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from vslice.progress import Display, clock, shown
+from vslice.streaming import times_of
+
+if TYPE_CHECKING:
+    from printer import Settings
+    from printer.dry_run import DryRun
+    from profiles import Profile
+
+MOST = 5  # warnings that are shown one by one
+
+
+def show_dry_run(
+    program_file: Path, settings: "Settings", profile: "Profile", resume: bool, height_mm: float | None
+) -> None:
+    """Stream a program, or the rest of an interrupted job, to the emulated printer, and tell what it did."""
+    from printer import read_program
+    from printer.dry_run import dry_run, interrupted_printer
+    from printer.journal import journal_path, read_journal
+    from printer.resume import check_unchanged
+
+    program = read_program(program_file)
+    if not resume:
+        with shown(Display(program, times_of(program_file, program, profile))) as show:
+            ended = dry_run(program, settings, show)
+        _tell(ended, "", 0)
+        return
+    entry = read_journal(journal_path(program_file))
+    check_unchanged(program, entry)
+    with interrupted_printer(program, entry, settings, height_mm) as (plan, go_on):
+        for sentence in plan.text:
+            click.echo(sentence)
+        click.echo("Before the program goes on:")
+        for line in plan.before:
+            click.echo(f"  {line}")
+        times = times_of(program_file, program, profile)
+        with shown(Display(program, times, plan.start_at, heats_first=True)) as show:
+            _tell(go_on(show), " from there on", plan.start_at)
+
+
+def _tell(ended: "DryRun", rest: str, start_at: int) -> None:
+    """What a dry run did."""
+    where = "  ".join(f"{axis} {value:.3f}" for axis, value in ended.position.items())
+    done, of_all = ended.report.acknowledged - start_at, ended.report.total - start_at
+    click.echo(f"lines      {done} of {of_all} commands{rest}, each taken once")
+    click.echo(f"moves      {ended.moves}{rest}")
+    click.echo(f"position   {where} (mm, at the end)")
+    click.echo(f"material   {ended.material_mm:.2f} mm of E{rest}")
+    click.echo(f"time       {clock(ended.time_s)} (moves at their programmed speed, waits and heating)")
+    warnings = list(dict.fromkeys(ended.report.warnings))
+    click.echo(f"warnings   {len(ended.report.warnings)}")
+    for warning in warnings[:MOST]:
+        click.echo(f"  {warning}")

@@ -1,0 +1,83 @@
+"""Jobs that were interrupted: what is known of them, and whether another may begin over what they left."""
+
+import sys
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from vslice.session import say
+
+Choice = Literal["restart", "resume"]
+
+
+def known_of(journal: Path) -> str | None:
+    """An interrupted job in words; None if there is none."""
+    from printer import JournalError
+    from printer.journal import unfinished
+
+    try:
+        entry = unfinished(journal)
+    except JournalError as error:
+        return f"whether its last job ended cannot be told: {error}"
+    if entry is None:
+        return None
+    return f"its last job was interrupted ({entry.ended or 'cut off'}) at line {entry.acknowledged_line}"
+
+
+def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
+    """Whether the job goes on or begins anew: asked on a terminal. None if no job was interrupted.
+
+    Raises:
+        UsageError: one was, and nobody can be asked.
+        Abort: the user wants neither.
+    """
+    known = known_of(journal)
+    if known is None or restart:
+        return None if known is None else "restart"
+    what = f"{program_file.name}: {known}, and what it printed may stand in the printer."
+    if not on_terminal():
+        raise click.UsageError(
+            f"{what} Give --resume to go on with it, or, when the plate is clear, --restart to begin anew "
+            f"(the journal, {journal}, is kept aside then). Nothing was sent."
+        )
+    click.echo(what, err=True)
+    answer = click.prompt(
+        "Go on with it, begin anew on a clear plate, or stop?",
+        type=click.Choice(["resume", "restart", "stop"]),
+        default="stop",
+        err=True,
+    )
+    if answer == "stop":
+        say("Nothing was sent.")
+        raise click.Abort
+    return "resume" if answer == "resume" else "restart"
+
+
+def ask_of_port(port: str, journal: Path) -> None:
+    """Make sure that the interrupted job of another program does not stand in this printer.
+
+    Raises:
+        UsageError: it may, and nobody can be asked.
+        Abort: the user does not want to print there.
+    """
+    from printer.last_job import journal_of
+
+    last = journal_of(port)
+    if last is None or last == journal.resolve():
+        return
+    known = known_of(last)
+    if known is None:
+        return
+    what = f"{port} last printed another program, that of {last}: {known}, and may stand in the printer."
+    if not on_terminal():
+        raise click.UsageError(f"{what} When the plate is clear, give --restart to begin. Nothing was sent.")
+    click.echo(what, err=True)
+    if not click.confirm("Is the plate clear?", default=False, err=True):
+        say("Nothing was sent.")
+        raise click.Abort
+
+
+def on_terminal() -> bool:
+    """Whether somebody can read a question and answer it."""
+    return sys.stdin.isatty() and sys.stderr.isatty()
