@@ -5,8 +5,8 @@ import pytest
 
 import profiles
 from slicer.sequence import Problem
-from slicer.sequence.cost import direct_cost
-from slicer.sequence.true_cost import true_cost
+from slicer.sequence.problem.sequence_cost import true_cost
+from slicer.sequence.problem.travel_cost import direct_cost
 from vslice.objective import objective_name, objective_of
 
 # travel speed, x, y of the sheet; the same of accelerations; fixed time, and from which length on

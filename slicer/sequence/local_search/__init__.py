@@ -1,0 +1,35 @@
+"""Local search on a tour: block exchange, descent, perturbation, cooling, refinement by the exact cost."""
+
+from slicer.sequence.local_search.annealing import (
+    FIRST_TEMPERATURE,
+    anneal,
+    annealed,
+    local,
+    perturbation_budget,
+)
+from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, refresh, tour
+from slicer.sequence.local_search.descent import descend
+from slicer.sequence.local_search.perturbation import REACH
+from slicer.sequence.local_search.random_numbers import draw, random_state
+from slicer.sequence.local_search.refinement import refine
+from slicer.sequence.local_search.start import Start, reach_local_optimum, start_search
+
+__all__ = [
+    "FIRST_TEMPERATURE",
+    "LEAST_GAIN",
+    "REACH",
+    "Start",
+    "Tour",
+    "anneal",
+    "annealed",
+    "descend",
+    "draw",
+    "local",
+    "perturbation_budget",
+    "random_state",
+    "reach_local_optimum",
+    "refine",
+    "refresh",
+    "start_search",
+    "tour",
+]
