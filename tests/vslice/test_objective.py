@@ -57,7 +57,7 @@ def test_no_shipped_profile_is_left_out():
 def test_a_travel_takes_as_long_as_worked_out_by_hand(name, dx, dy):
     objective = objective_of(profiles.load(name), "time")
     expected = TRAVELS[name, dx, dy]
-    assert direct_cost(objective.parameters(), dx, dy) == pytest.approx(expected)
+    assert direct_cost(objective.cost_model, dx, dy) == pytest.approx(expected)
     # The same as a travel between two uprights that nothing stands between.
     ends = np.array([[[0.0, 49.0], [0.0, 50.0]], [[dx, 50.0 + dy], [dx, 51.0 + dy]]])
     if dx:

@@ -1,5 +1,7 @@
 """The ascent of the bound: a subgradient tells the multipliers wherever the walks of neighbours disagree."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,17 +19,28 @@ GAIN = 2e-3
 """A gain below this part of the remaining gap does not count against ``PATIENCE``."""
 
 
+class Ascent(NamedTuple):
+    """Where an ascent is.
+
+    Attributes:
+        multipliers, best: float64, where it is, and where the bound was best so far.
+        direction: float64, the moving average of subgradients.
+        memory: float64 (3,), θ, the steps without gain, and the best bound.
+    """
+
+    multipliers: NDArray[np.float64]
+    best: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    memory: NDArray[np.float64]
+
+
 @kernel
 def ascend(
     blocks: Blocks,
     block_costs: BlockCosts,
     ends: Ends,
-    multipliers: NDArray[np.float64],
-    best: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    memory: NDArray[np.float64],
-    arc: NDArray[np.float64],
-    ways: NDArray[np.float64],
+    ascent: Ascent,
+    paid: tuple[NDArray[np.float64], NDArray[np.float64]],
     value: NDArray[np.float64],
     target: float,
     iterations: int,
@@ -38,12 +51,13 @@ def ascend(
     after ``PATIENCE`` steps without a gain worth the name, and the ascent goes back to the best point.
 
     Args:
-        multipliers, best: where the ascent is, and where the bound was best so far.
-        direction: the moving average.
-        memory: float64 (3,), θ, the steps without gain, and the best bound; carried between calls.
-        arc, ways, value: room for what ``apply_multipliers`` and ``evaluate`` write.
+        ascent: where it is, carried between calls.
+        paid: room for ``arc`` and ``ways``, which ``apply_multipliers`` writes.
+        value: room for what ``evaluate`` writes.
         target: a cost that some sequence has.
     """
+    multipliers, best, direction, memory = ascent
+    arc, ways = paid
     subgradient = np.empty(len(multipliers))
     for _ in range(iterations):
         apply_multipliers(blocks, block_costs, multipliers, arc, ways)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, ascend
+from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, Ascent, ascend
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
@@ -88,12 +88,8 @@ class PairBound:
             self.blocks,
             self.block_costs,
             self.ends,
-            self.multipliers,
-            self.best,
-            self.direction,
-            self.memory,
-            self.arc,
-            self.ways,
+            Ascent(self.multipliers, self.best, self.direction, self.memory),
+            (self.arc, self.ways),
             self.value,
             target,
             iterations,

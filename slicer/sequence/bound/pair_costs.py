@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.problem import direct_cost
+from slicer.sequence.problem import CostModel, direct_cost
 from slicer.sequence.states import Blocks, Section
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
@@ -61,6 +61,20 @@ class BlockCosts(NamedTuple):
     size: int
 
 
+class Seams(NamedTuple):
+    """Where blocks meet, and what a travel over a seam column costs.
+
+    Attributes:
+        middle: float64 (b + 1,), the x of the middle of each seam column in mm, infinite at both ends.
+        beyond: float64 (b + 1,), what a travel over it costs beyond its length along x.
+        rate: the least cost of a millimetre along x.
+    """
+
+    middle: NDArray[np.float64]
+    beyond: NDArray[np.float64]
+    rate: float
+
+
 def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[np.float64]]:
     """Measure all travels inside blocks, and give the multipliers that the ascent begins with."""
     bounds = blocks.bounds
@@ -72,23 +86,21 @@ def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[n
     x = section.segments[:, :, 0]
     seam = np.array([0.5 * (x[section.column == c].min() + x[section.column == c].max()) for c in bounds])
     seam[0], seam[-1] = -np.inf, np.inf
-    timed = section.parameters[0] != 0.0
+    timed = section.cost_model.timed
     # No travel takes less than its length along x at full speed.
-    rate = 1.0 / min(section.parameters[2], section.parameters[3]) if timed else 1.0
+    rate = 1.0 / min(section.cost_model.speed, section.cost_model.speed_x) if timed else 1.0
     cross = rate * np.diff(seam)
     # What a travel over a seam column costs beyond that; a concave cost of length never falls behind.
     beyond = np.zeros(len(bounds))
     for t in range(1, len(bounds) - 1):
         gap = x[section.column == bounds[t] + 1].min() - x[section.column == bounds[t] - 1].max()
-        beyond[t] = direct_cost(section.parameters, gap, 0.0) - rate * gap
+        beyond[t] = direct_cost(section.cost_model, gap, 0.0) - rate * gap
     direct, ways, price_at, price_sign, prices = _measure(
         blocks,
         section.segments,
         section.column,
-        section.parameters,
-        seam,
-        beyond,
-        rate,
+        section.cost_model,
+        Seams(seam, beyond, rate),
         arc_start,
         pair_start[-1],
     )
@@ -102,16 +114,15 @@ def _measure(
     blocks: Blocks,
     segments: NDArray[np.float64],
     column: NDArray[np.int32],
-    parameters: NDArray[np.float64],
-    seam: NDArray[np.float64],
-    beyond: NDArray[np.float64],
-    rate: float,
+    cost_model: CostModel,
+    seams: Seams,
     arc_start: NDArray[np.int64],
     first_price: int,
 ) -> tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]
 ]:
     """direct, ways, price_at and price_sign of ``BlockCosts``, and the prices to begin with."""
+    seam, beyond, rate = seams
     n = len(segments)
     count = len(blocks.state_start) - 1
     direct = np.empty(arc_start[-1])
@@ -129,12 +140,12 @@ def _measure(
             for b in range(stride):
                 t, g = blocks.path[low + (b >> 1)], b & 1
                 out_x, out_y = segments[s, 1 - f, 0], segments[s, 1 - f, 1]
-                cost = direct_cost(parameters, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
+                cost = direct_cost(cost_model, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
                 direct[arc_start[k] + a * stride + b] = cost
                 if column[s] != column[t]:
                     nearest[0] = min(nearest[0], cost)
                     in_x, in_y = segments[s, f, 0], segments[s, f, 1]
-                    cost = direct_cost(parameters, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])
+                    cost = direct_cost(cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])
                     nearest[1] = min(nearest[1], cost)
             for way in range(4):
                 leaves, leftward = way < 2, way % 2 == 0

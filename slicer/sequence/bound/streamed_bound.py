@@ -61,7 +61,7 @@ def raise_streamed_bound(problem: Problem, options: Options, incumbent: Incumben
 
 def _room(sets: DownSets) -> tuple[int, int, int]:
     """The most values that two columns have: outside, at ends in the left one, and in the right one."""
-    count, tops = sets.count.tolist(), (2 * np.diff(sets.top_start[sets.start])).tolist()
+    count, tops = sets.counts.tolist(), (2 * np.diff(sets.top_start[sets.start])).tolist()
     pairs = list(pairwise(zip(count, tops, strict=True)))
     return (
         max(2 * a * b for (a, _), (b, _) in pairs),
@@ -153,12 +153,12 @@ class StreamedBound:
             u, column, to, _ = self._walked
             i, j = int(layout.set_start[c]), int(layout.set_start[c + 1])
             if column == c:
-                add_pair_subgradient(layout, self.price, c, values, to, j, u, 0, subgradient)
+                add_pair_subgradient(layout, self.price, c, values, (to, j), u, 0, subgradient)
             elif column == c + 1:
-                add_pair_subgradient(layout, self.price, c, values, i, to, u, 0, subgradient)
+                add_pair_subgradient(layout, self.price, c, values, (i, to), u, 0, subgradient)
             else:
                 side = 1 if column > c else 0
-                add_pair_subgradient(layout, self.price, c, values, i, j, NONE, side, subgradient)
+                add_pair_subgradient(layout, self.price, c, values, (i, j), NONE, side, subgradient)
         # The walks of the next step begin where the bound is least now.
         self._walked = self._starts[int(by_start.argmin())]
         return float(by_start.min())

@@ -15,8 +15,7 @@ def add_pair_subgradient(
     price: NDArray[np.float64],
     c: int,
     values: Values,
-    i: int,
-    j: int,
+    state: tuple[int, int],
     u: int,
     side: int,
     subgradient: NDArray[np.float64],
@@ -25,11 +24,12 @@ def add_pair_subgradient(
 
     Args:
         layout, price, c, values: as ``evaluate_pair`` was given and has filled them.
-        i, j: down-sets of columns c and c + 1, numbered through as in ``Layout``.
+        state: down-sets i and j of columns c and c + 1, numbered through as in ``Layout``.
         u: the oriented toolpath that the nozzle is at the end of, or ``NONE``: it is outside.
         side: 0 left of the pair, 1 right of it.
         subgradient: changed in place.
     """
+    i, j = state
     a0, b0, end = layout.set_start[c], layout.set_start[c + 1], layout.set_start[c + 2]
     middle = 2 * layout.begin[c + 1]
     while i < b0 - 1 or j < end - 1:

@@ -13,7 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem import Neighbours, Objective, Problem, direct_cost, direct_sum, directed
+from slicer.sequence.problem import (
+    CostModel,
+    Neighbours,
+    Objective,
+    Problem,
+    direct_cost,
+    direct_sum,
+    directed,
+)
 
 WEIGHTS = (1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0)
 """Millimetres of travel that a millimetre of level is worth; each is tried."""
@@ -47,14 +55,14 @@ def level_start(
         return np.empty(0, np.int32)
     level = levels(problem, near, out_of_time)
     points = problem.segments.reshape(-1, 2)
-    parameters = objective.parameters()
+    cost_model = objective.cost_model
     lowest = problem.starts[np.argmin(level[problem.starts >> 1])]
-    unit = direct_cost(parameters, 1.0, 1.0) / np.sqrt(2.0)
+    unit = direct_cost(cost_model, 1.0, 1.0) / np.sqrt(2.0)
     best, least = np.empty(0, np.int32), np.inf
     for weight in WEIGHTS:
         order = _climb(
             points,
-            parameters,
+            cost_model,
             problem.pred_start,
             problem.succ_start,
             problem.succ,
@@ -62,7 +70,7 @@ def level_start(
             unit * weight * level,
         )
         oriented = directed(problem, order >> 1, objective)
-        cost = direct_sum(problem.segments, parameters, oriented)
+        cost = direct_sum(problem.segments, cost_model, oriented)
         if cost < least:
             best, least = oriented, cost
         if out_of_time():
@@ -163,7 +171,7 @@ def _solve(
 @kernel
 def _climb(
     points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    cost_model: CostModel,
     pred_start: NDArray[np.int32],
     succ_start: NDArray[np.int32],
     succ: NDArray[np.int32],
@@ -190,7 +198,7 @@ def _climb(
             x, y = points[u ^ 1, 0], points[u ^ 1, 1]
             for t in range(count):
                 for v in range(2 * ready[t], 2 * ready[t] + 2):
-                    cost = direct_cost(parameters, points[v, 0] - x, points[v, 1] - y) + penalty[v >> 1]
+                    cost = direct_cost(cost_model, points[v, 0] - x, points[v, 1] - y) + penalty[v >> 1]
                     if cost < least:
                         least, u = cost, v
         sequence[k] = u

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound import PairBound
-from slicer.sequence.layered.layers import expand, first_layer, next_layer
+from slicer.sequence.layered.layers import Limits, Sheet, expand, first_layer, next_layer
 from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.problem import Options
 from slicer.sequence.states import sets_of_states
@@ -58,11 +58,13 @@ def search_layers(
     section, blocks = bound.section, bound.blocks
     below = cut - RELATIVE_EPS * abs(cut) if np.isfinite(cut) else cut
     # Neither times nor detours are sure to obey the triangle inequality.
-    metric = section.parameters[0] == 0.0 and not section.routed
-    first_set, set_of = np.zeros(1, np.int64), np.zeros(1, np.int32)
+    metric = not section.cost_model.timed and not section.routed
+    limits = Limits(below, width, metric)
+    sheet = Sheet(section.segments, section.column, bound.sets.local, section.cost_model)
+    state_sets = np.zeros(1, np.int64), np.zeros(1, np.int32)
     if section.routed:
-        first_set, set_of = sets_of_states(blocks, bound.sets)
-    layer = first_layer(blocks, bound.value, section.column, bound.sets.local, bound.ends.starts)
+        state_sets = sets_of_states(blocks, bound.sets)
+    layer = first_layer(blocks, bound.value, sheet, bound.ends.starts)
     pool = new_pool()
     parents, lasts = [layer.parent], [layer.last]
     missed, nodes, generated, widest = np.inf, 0, 0, 0
@@ -71,22 +73,9 @@ def search_layers(
         if nodes > most_nodes or options.out_of_time():
             return LayeredSearch(None, np.inf, bound.bound, nodes, generated, widest, False)
         pool, size, dropped, more = expand(
-            blocks,
-            bound.value,
-            section.segments,
-            section.column,
-            bound.sets.local,
-            section.parameters,
-            layer,
-            pool,
-            bound.sky,
-            first_set,
-            set_of,
-            below,
-            width,
-            metric,
+            blocks, bound.value, sheet, layer, pool, bound.sky, state_sets, limits
         )
-        layer = next_layer(blocks, section.column, bound.sets.local, layer, pool, size)
+        layer = next_layer(blocks, sheet, layer, pool, size)
         missed = min(missed, dropped)
         generated += more
         widest = max(widest, len(layer.last))

@@ -23,8 +23,39 @@ from slicer.sequence.layered.node_pool import (
     rebuild_table,
 )
 from slicer.sequence.layered.routed_travel import routed_cost
-from slicer.sequence.problem import direct_cost
+from slicer.sequence.problem import CostModel, direct_cost
 from slicer.sequence.states import NONE, OUTSIDE, Blocks, Skylines, scrambled
+
+
+class Sheet(NamedTuple):
+    """What a search needs to know of its section, and does not change.
+
+    Attributes:
+        segments: float64 (n, 2, 2) in mm.
+        column: int32 (n,), the column of each toolpath.
+        local: int32 (n,), the number of each toolpath in its column, as in ``DownSets``.
+        cost_model: what a travel costs.
+    """
+
+    segments: NDArray[np.float64]
+    column: NDArray[np.int32]
+    local: NDArray[np.int32]
+    cost_model: CostModel
+
+
+class Limits(NamedTuple):
+    """What is dropped of a layer.
+
+    Attributes:
+        cut: nodes whose bound is above it, which do not count as dropped.
+        width: of the others, all but so many.
+        metric: whether the cost obeys the triangle inequality, so that a node is of no use if another one has
+            the same printed and could go to this one's end for less.
+    """
+
+    cut: float
+    width: int
+    metric: bool
 
 
 class Layer(NamedTuple):
@@ -76,15 +107,14 @@ def in_block(blocks: Blocks, k: int, u: int, local: int, column: int) -> int:
 def first_layer(
     blocks: Blocks,
     value: NDArray[np.float64],
-    column: NDArray[np.int32],
-    local: NDArray[np.int32],
+    sheet: Sheet,
     starts: NDArray[np.int32],
 ) -> Layer:
     """The nodes where one toolpath is printed."""
     m = len(starts)
     state = np.tile(blocks.state_start[:-1], (m, 1))
     estimate, key = np.zeros(m), np.zeros(m, np.uint64)
-    _begin(blocks, value, column, local, starts, state, estimate, key)
+    _begin(blocks, value, sheet, starts, state, estimate, key)
     return Layer(state, starts, np.zeros(m), estimate, key, np.full(m, NONE, np.int32))
 
 
@@ -92,14 +122,14 @@ def first_layer(
 def _begin(
     blocks: Blocks,
     value: NDArray[np.float64],
-    column: NDArray[np.int32],
-    local: NDArray[np.int32],
+    sheet: Sheet,
     starts: NDArray[np.int32],
     state: NDArray[np.int32],
     estimate: NDArray[np.float64],
     key: NDArray[np.uint64],
 ) -> None:
     """Fill in the states, estimates and keys after each of the starts."""
+    column, local = sheet.column, sheet.local
     for i in range(len(starts)):
         u = starts[i]
         c = column[u >> 1]
@@ -117,29 +147,23 @@ def _begin(
 def expand(
     blocks: Blocks,
     value: NDArray[np.float64],
-    segments: NDArray[np.float64],
-    column: NDArray[np.int32],
-    local: NDArray[np.int32],
-    parameters: NDArray[np.float64],
+    sheet: Sheet,
     layer: Layer,
     pool: NodePool,
     sky: Skylines,
-    first_set: NDArray[np.int64],
-    set_of: NDArray[np.int32],
-    cut: float,
-    width: int,
-    metric: bool,
+    state_sets: tuple[NDArray[np.int64], NDArray[np.int32]],
+    limits: Limits,
 ) -> tuple[NodePool, int, float, int]:
     """Gather the next layer in a pool: the pool, how many nodes, the least bound dropped, how many generated.
 
     Args:
         sky: the skylines, where travels keep above what is printed.
-        first_set, set_of: see ``sets_of_states``; of no interest where travels are straight.
-        cut: nodes whose bound is above it are dropped, and do not count as such.
-        width: of the others, so many are kept.
-        metric: the cost obeys the triangle inequality, so that a node is of no use if another one has the
-            same printed and could go to this one's end for less.
+        state_sets: see ``sets_of_states``; of no interest where travels are straight.
+        limits: what is dropped.
     """
+    segments, column, local, cost_model = sheet
+    first_set, set_of = state_sets
+    cut, width, metric = limits
     count = len(blocks.state_start) - 1
     rebuild_table(pool, 0)
     size, generated, dropped = 0, 0, np.inf
@@ -152,7 +176,7 @@ def expand(
         u = layer.last[i]
         u_home = blocks.home[column[u >> 1]]
         out_x, out_y = segments[u >> 1, 1 - (u & 1), 0], segments[u >> 1, 1 - (u & 1), 1]
-        _look_around(blocks, value, column, local, layer.state[i], u, old, passed, ahead)
+        _look_around(blocks, value, sheet, layer.state[i], u, old, passed, ahead)
         if sky.routed:
             _read_sets(blocks, first_set, set_of, layer.state[i], printed)
         for k in range(count):
@@ -175,20 +199,18 @@ def expand(
                     if other != NONE:
                         estimate += value[blocks.move_value[other] + f] - old[k + 1]
                     cost = layer.cost[i] + direct_cost(
-                        parameters, segments[path, f, 0] - out_x, segments[path, f, 1] - out_y
+                        cost_model, segments[path, f, 0] - out_x, segments[path, f, 1] - out_y
                     )
                     generated += 1
                     if sky.routed and cost + estimate <= cut:
                         cost = layer.cost[i] + routed_cost(
-                            parameters,
+                            cost_model,
                             sky,
                             printed,
                             min(column[u >> 1], column[path]),
                             max(column[u >> 1], column[path]),
-                            out_x,
-                            out_y,
-                            segments[path, f, 0],
-                            segments[path, f, 1],
+                            (out_x, out_y),
+                            (segments[path, f, 0], segments[path, f, 1]),
                         )
                     if cost + estimate <= cut:
                         if size == len(pool.key):
@@ -229,8 +251,7 @@ def _read_sets(
 def _look_around(
     blocks: Blocks,
     value: NDArray[np.float64],
-    column: NDArray[np.int32],
-    local: NDArray[np.int32],
+    sheet: Sheet,
     state: NDArray[np.int32],
     u: int,
     old: NDArray[np.float64],
@@ -238,6 +259,7 @@ def _look_around(
     ahead: NDArray[np.float64],
 ) -> None:
     """Fill in what every block's value is after u, and sums of what it changes by if the nozzle goes past."""
+    column, local = sheet.column, sheet.local
     home = blocks.home[column[u >> 1]]
     count = len(old)
     passed[0] = ahead[count] = 0.0
@@ -260,17 +282,10 @@ def step_of(blocks: Blocks, s: int, path: int) -> int:
     return NONE
 
 
-def next_layer(
-    blocks: Blocks,
-    column: NDArray[np.int32],
-    local: NDArray[np.int32],
-    layer: Layer,
-    pool: NodePool,
-    size: int,
-) -> Layer:
+def next_layer(blocks: Blocks, sheet: Sheet, layer: Layer, pool: NodePool, size: int) -> Layer:
     """The nodes that ``expand`` has gathered."""
     state = np.empty((size, layer.state.shape[1]), np.int32)
-    _advance_states(blocks, column, local, layer.state, pool, state)
+    _advance_states(blocks, sheet, layer.state, pool, state)
     parent, last = pool.tag[:size].T
     cost, bound = pool.number[:size].T
     return Layer(state, last.copy(), cost.copy(), bound - cost, pool.key[:size].copy(), parent.copy())
@@ -279,13 +294,13 @@ def next_layer(
 @bare_kernel
 def _advance_states(
     blocks: Blocks,
-    column: NDArray[np.int32],
-    local: NDArray[np.int32],
+    sheet: Sheet,
     before: NDArray[np.int32],
     pool: NodePool,
     state: NDArray[np.int32],
 ) -> None:
     """Fill in the states of the pool's nodes: those of their parents but for one column."""
+    column, local = sheet.column, sheet.local
     for at in range(len(state)):
         v = pool.tag[at, LAST]
         c = column[v >> 1]

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.problem import direct_cost, leg_cost
+from slicer.sequence.problem import CostModel, direct_cost, leg_cost
 from slicer.sequence.states import DownSets, Section, Skylines
 from slicer.skyline import EPS_MM
 
@@ -12,22 +12,20 @@ from slicer.skyline import EPS_MM
 def section_cost(section: Section, sets: DownSets, sky: Skylines, oriented: NDArray[np.int32]) -> float:
     """What a sequence (n,) of a section costs; all its down-sets must be among those of ``sets``."""
     printed = sets.start[:-1].copy()
-    arrays = (sets.step_start, sets.step_path, sets.step_to)
-    return _walk(section.segments, section.column, section.parameters, sky, *arrays, printed, oriented)
+    return _walk(section.segments, section.column, section.cost_model, sky, sets, printed, oriented)
 
 
 @bare_kernel
 def _walk(
     segments: NDArray[np.float64],
     column: NDArray[np.int32],
-    parameters: NDArray[np.float64],
+    cost_model: CostModel,
     sky: Skylines,
-    step_start: NDArray[np.int32],
-    step_path: NDArray[np.int32],
-    step_to: NDArray[np.int32],
+    sets: DownSets,
     printed: NDArray[np.int32],
     oriented: NDArray[np.int32],
 ) -> float:
+    step_start, step_path, step_to = sets.step_start, sets.step_path, sets.step_to
     total = 0.0
     for k in range(len(oriented)):
         v = oriented[k]
@@ -38,9 +36,9 @@ def _walk(
             in_x, in_y = segments[v >> 1, v & 1, 0], segments[v >> 1, v & 1, 1]
             if sky.routed:
                 low, high = min(c, column[u >> 1]), max(c, column[u >> 1])
-                total += routed_cost(parameters, sky, printed, low, high, out_x, out_y, in_x, in_y)
+                total += routed_cost(cost_model, sky, printed, low, high, (out_x, out_y), (in_x, in_y))
             else:
-                total += direct_cost(parameters, in_x - out_x, in_y - out_y)
+                total += direct_cost(cost_model, in_x - out_x, in_y - out_y)
         for e in range(step_start[printed[c]], step_start[printed[c] + 1]):
             if step_path[e] == v >> 1:
                 printed[c] = step_to[e]
@@ -50,37 +48,34 @@ def _walk(
 
 @bare_kernel
 def routed_cost(
-    parameters: NDArray[np.float64],
+    cost_model: CostModel,
     sky: Skylines,
     printed: NDArray[np.int32],
     low_column: int,
     high_column: int,
-    out_x: float,
-    out_y: float,
-    in_x: float,
-    in_y: float,
+    start: tuple[float, float],
+    end: tuple[float, float],
 ) -> float:
     """Cost of the travel between two points of two columns, over the down-sets ``printed`` of the columns.
 
     It is straight unless that passes below a skyline strictly between the two; then it follows the taut
     string over it, lifted by the clearance (see ``slicer.travel``).
     """
+    (out_x, out_y), (in_x, in_y) = start, end
     onwards = out_x <= in_x
     ax, ay, bx, by = (out_x, out_y, in_x, in_y) if onwards else (in_x, in_y, out_x, out_y)
-    direct = direct_cost(parameters, in_x - out_x, in_y - out_y)
+    direct = direct_cost(cost_model, in_x - out_x, in_y - out_y)
     if bx - ax <= EPS_MM:
         return direct
-    slope = (by - ay) / (bx - ax)
+    line = (ax, ay, bx, (by - ay) / (bx - ax))
     sky.hull[0, 0], sky.hull[0, 1] = ax, ay
     size, blocked = 1, False
     for c in range(low_column, high_column + 1):
         if c > low_column:
-            size, hit = _pass_over(
-                sky.gap, sky.gap_start[c], sky.gap_start[c + 1], sky.hull, size, ax, ay, bx, slope
-            )
+            size, hit = _pass_over(sky.gap, sky.gap_start[c], sky.gap_start[c + 1], sky.hull, size, line)
             blocked |= hit
         i = printed[c]
-        size, hit = _pass_over(sky.piece, sky.start[i], sky.start[i + 1], sky.hull, size, ax, ay, bx, slope)
+        size, hit = _pass_over(sky.piece, sky.start[i], sky.start[i + 1], sky.hull, size, line)
         blocked |= hit
     if not blocked:
         return direct
@@ -91,16 +86,16 @@ def routed_cost(
         q = t if onwards else size - 1 - t
         x, y = in_x, in_y
         if t < size:
-            x, y = sky.hull[q, 0], sky.hull[q, 1] + parameters[1]
+            x, y = sky.hull[q, 0], sky.hull[q, 1] + cost_model.clearance
         step = np.sqrt((x - here_x) ** 2 + (y - here_y) ** 2)
         ends = np.sqrt((x - in_x) ** 2 + (y - in_y) ** 2) <= EPS_MM
         if t < size and (step <= EPS_MM or ends):
             continue
         length += step
-        cost += leg_cost(parameters, x - here_x, y - here_y)
+        cost += leg_cost(cost_model, x - here_x, y - here_y)
         here_x, here_y = x, y
-    if parameters[8] > 0.0 and length > parameters[9]:
-        cost += parameters[8]
+    if cost_model.fixed > 0.0 and length > cost_model.fixed_from:
+        cost += cost_model.fixed
     return cost
 
 
@@ -111,12 +106,10 @@ def _pass_over(
     last: int,
     hull: NDArray[np.float64],
     size: int,
-    ax: float,
-    ay: float,
-    bx: float,
-    slope: float,
+    line: tuple[float, float, float, float],
 ) -> tuple[int, bool]:
     """Put the pieces strictly between ax and bx on the hull; its size, and whether the line is below one."""
+    ax, ay, bx, slope = line
     blocked = False
     for q in range(first, last):
         xl, yl, xr, yr = piece[q, 0], piece[q, 1], piece[q, 2], piece[q, 3]

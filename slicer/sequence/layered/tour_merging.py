@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem import FORBIDDEN, Objective, Problem, arc_cost, skyline_cost, start_of
+from slicer.sequence.problem import FORBIDDEN, CostModel, Objective, Problem, arc_cost, skyline_cost, start_of
 from slicer.sequence.states import scrambled
 from slicer.skyline import LEFT, lay, new_skyline
 
@@ -36,9 +36,9 @@ def merge_tours(
         first: NDArray[np.int32] = every[0]
         return first
     printed = prefix_hashes(every)
-    parameters = objective.parameters()
+    cost_model = objective.cost_model
     price = _routed_links if objective.routed else _direct_links
-    links = price(problem.segments, parameters, start_of(problem), every, printed)
+    links = price(problem.segments, cost_model, start_of(problem), every, printed)
     return _cross(every, printed, links)
 
 
@@ -56,7 +56,7 @@ def prefix_hashes(tours: NDArray[np.int32]) -> NDArray[np.uint64]:
 @kernel
 def _direct_links(
     segments: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    cost_model: CostModel,
     start: int,
     tours: NDArray[np.int32],
     printed: NDArray[np.uint64],
@@ -73,14 +73,14 @@ def _direct_links(
             u = start if p == 0 else tours[s, p - 1]
             for t in range(k):
                 if printed[s, p] == printed[t, p]:
-                    out[s, t, p] = arc_cost(points, parameters, u, tours[t, p])
+                    out[s, t, p] = arc_cost(points, cost_model, u, tours[t, p])
     return out
 
 
 @kernel
 def _routed_links(
     segments: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    cost_model: CostModel,
     start: int,
     tours: NDArray[np.int32],
     printed: NDArray[np.uint64],
@@ -102,7 +102,7 @@ def _routed_links(
                     continue
                 u = tours[s, p - 1]
                 begin, end = segments[u >> 1, 1 - (u & 1)], segments[v >> 1, v & 1]
-                out[s, t, p], cursor = skyline_cost(piece, link, cursor, begin, end, hull, parameters)
+                out[s, t, p], cursor = skyline_cost(piece, link, cursor, begin, end, hull, cost_model)
             cursor, used = lay(piece, link, cursor, used, segments[tours[s, p] >> 1])
     return out
 

@@ -7,7 +7,7 @@ from slicer.sequence.local_search.annealing import (
     local,
     perturbation_budget,
 )
-from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, refresh, tour
+from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, new_tour, refresh
 from slicer.sequence.local_search.descent import descend
 from slicer.sequence.local_search.perturbation import REACH
 from slicer.sequence.local_search.random_numbers import draw, random_state
@@ -25,11 +25,11 @@ __all__ = [
     "descend",
     "draw",
     "local",
+    "new_tour",
     "perturbation_budget",
     "random_state",
     "reach_local_optimum",
     "refine",
     "refresh",
     "start_search",
-    "tour",
 ]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.construct import initial_incumbent, level_start
-from slicer.sequence.local_search.block_exchange import Tour, tour
+from slicer.sequence.local_search.block_exchange import Tour, new_tour
 from slicer.sequence.local_search.perturbation import iterated_local_search
 from slicer.sequence.local_search.random_numbers import random_state
 from slicer.sequence.problem import Found, Incumbent, Neighbours, Options, Problem, neighbours
@@ -104,7 +104,7 @@ def annealed(
     Ends early where time runs out. The arguments are those of ``anneal``, but for ``oriented``, where the
     run starts.
     """
-    work = tour(problem, options.objective, near, oriented)
+    work = new_tour(problem, options.objective, near, oriented)
     state = random_state(options.seed, stream)
     scale = first_temperature * _usual(work)
     high = problem.n + 1
@@ -114,7 +114,7 @@ def annealed(
         temperature = scale * (1 - (sweep + 1) / SWEEPS)
         for low, end in itertools.pairwise(bounds):
             iterated_local_search(
-                *work, state, perturbations // SWEEPS // chunks, int(low), int(end), temperature
+                work, state, perturbations // SWEEPS // chunks, int(low), int(end), temperature
             )
             if options.out_of_time():
                 yield work.oriented

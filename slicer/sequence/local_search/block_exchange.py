@@ -7,8 +7,8 @@ spoiling the directions of the rest. The idea of the exchange is that of Gambard
 colony system hybridized with a new local search for the sequential ordering problem", INFORMS J. Comput. 12,
 2000.
 
-The kernels take the fields of a ``Tour`` one by one: numba counts references to each array of a tuple at
-each access, which took four fifths of the time. For the same reason they index rows instead of naming them.
+Kernels that allocate read the fields of a ``Tour`` once, before their loops: numba counts references to an
+array of a tuple at each access. For the same reason they index rows instead of naming them.
 """
 
 from typing import NamedTuple
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.problem import Neighbours, Objective, Problem, arc_cost, start_of
+from slicer.sequence.problem import CostModel, Neighbours, Objective, Problem, arc_cost, start_of
 
 LEAST_GAIN = 1e-9
 """A gain must be more than rounding can feign."""
@@ -34,7 +34,7 @@ class Tour(NamedTuple):
 
     Attributes:
         points: float64 (2n, 2), the entry of each oriented toolpath; it is left at ``points[u ^ 1]``.
-        parameters: float64 (10,), see ``Objective.parameters``.
+        cost_model: what a travel costs.
         links: int32; the toolpaths just below s are ``links[links[2 * s] : links[2 * s + 1]]``, those just
             above it ``links[links[2 * s + 1] : links[2 * s + 2]]``.
         near: int32 (2n, 2, k), what can directly follow oriented toolpath u, and what it can follow.
@@ -47,7 +47,7 @@ class Tour(NamedTuple):
     """
 
     points: NDArray[np.float64]
-    parameters: NDArray[np.float64]
+    cost_model: CostModel
     links: NDArray[np.int32]
     near: NDArray[np.int32]
     fixed: int
@@ -66,14 +66,14 @@ class Tour(NamedTuple):
         return float(self.cost[0].sum())
 
 
-def tour(problem: Problem, objective: Objective, near: Neighbours, oriented: NDArray[np.int32]) -> Tour:
+def new_tour(problem: Problem, objective: Objective, near: Neighbours, oriented: NDArray[np.int32]) -> Tour:
     """A tour that starts as the sequence ``oriented`` (n,); travels cost what the direct ones do."""
     n = problem.n
     order = np.zeros((2, n + 2), np.int32)
     order[0, 0], order[0, 1:-1], order[0, -1] = start_of(problem), oriented, -1
     made = Tour(
         problem.segments.reshape(-1, 2),
-        objective.parameters(),
+        objective.cost_model,
         _links(problem),
         np.stack([near.after, near.before], axis=1),
         1 if problem.first is None else 2,
@@ -81,7 +81,7 @@ def tour(problem: Problem, objective: Objective, near: Neighbours, oriented: NDA
         order,
         np.zeros((2, n + 2)),
     )
-    refresh(made.points, made.parameters, made.order, made.cost, 1, n + 1)
+    refresh(made, 1, n + 1)
     return made
 
 
@@ -101,31 +101,26 @@ def _links(problem: Problem) -> NDArray[np.int32]:
 
 @bare_kernel
 def refresh(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     low: int,
     high: int,
 ) -> None:
     """Bring positions and costs up to date after positions [low, high) were rewritten."""
+    points, cost_model, order, cost = tour.points, tour.cost_model, tour.order, tour.cost
     n = order.shape[1] - 2
     for p in range(low, min(high + 1, n + 2)):
         u, v = order[0, p - 1], order[0, p]
-        cost[0, p] = arc_cost(points, parameters, u, v)
+        cost[0, p] = arc_cost(points, cost_model, u, v)
         cost[1, p] = 0.0
         if 1 < p <= n:
-            cost[1, p] = arc_cost(points, parameters, u ^ 1, v ^ 1) - cost[0, p]
+            cost[1, p] = arc_cost(points, cost_model, u ^ 1, v ^ 1) - cost[0, p]
         if p < high:
             order[1, v >> 1] = p
 
 
 @bare_kernel
 def exchange(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     i: int,
     j: int,
     k: int,
@@ -137,6 +132,7 @@ def exchange(
 
     ``spare``, float64 (m, 3), is room for A.
     """
+    order, cost = tour.order, tour.cost
     for p in range(j - i):
         spare[p, 0], spare[p, 1], spare[p, 2] = order[0, i + p], cost[0, i + p], cost[1, i + p]
     for p in range(k - j):
@@ -150,6 +146,6 @@ def exchange(
         cost[1, start + p] = (1 - 2 * turn_a) * spare[p, 2]
     for p in range(i, k):
         order[1, order[0, p] >> 1] = p
-    refresh(points, parameters, order, cost, i, i)
-    refresh(points, parameters, order, cost, start, start)
-    refresh(points, parameters, order, cost, k, k)
+    refresh(tour, i, i)
+    refresh(tour, start, start)
+    refresh(tour, k, k)

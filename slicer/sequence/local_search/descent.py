@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.local_search.block_exchange import LEAST_GAIN, exchange
+from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange
 from slicer.sequence.problem import arc_cost, costs_at_least
 
 Move = tuple[float, int, int, int, int, int]
@@ -13,14 +13,7 @@ Move = tuple[float, int, int, int, int, int]
 
 @bare_kernel
 def move_back(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     p: int,
     q: int,
     turn_b: int,
@@ -30,6 +23,8 @@ def move_back(
 
     A = [p + 1, q), B = [q, k), complemented or not as ``turn_b`` says; A is, where that is cheaper.
     """
+    points, cost_model, links = tour.points, tour.cost_model, tour.links
+    longest, order, cost = tour.longest, tour.order, tour.cost
     n = order.shape[1] - 2
     i, j = p + 1, q
     s = order[0, j] >> 1
@@ -40,7 +35,7 @@ def move_back(
     for t in range(i + 1, j):
         turned += cost[1, t]
     x, a0, a1 = order[0, p], order[0, i], order[0, j - 1]
-    fresh = cost[0, i] + cost[0, j] - arc_cost(points, parameters, x, order[0, j] ^ turn_b)
+    fresh = cost[0, i] + cost[0, j] - arc_cost(points, cost_model, x, order[0, j] ^ turn_b)
     for k in range(j + 1, min(j + longest, n + 1) + 1):
         b1 = order[0, k - 1]
         for t in range(links[2 * (b1 >> 1)], links[2 * (b1 >> 1) + 1]):
@@ -51,16 +46,16 @@ def move_back(
         b1 ^= turn_b
         open_gain = fresh + cost[0, k]
         c = order[0, k]
-        if not costs_at_least(points, parameters, b1, a0, open_gain - best[0]):
-            gain = open_gain - arc_cost(points, parameters, b1, a0) - arc_cost(points, parameters, a1, c)
+        if not costs_at_least(points, cost_model, b1, a0, open_gain - best[0]):
+            gain = open_gain - arc_cost(points, cost_model, b1, a0) - arc_cost(points, cost_model, a1, c)
             if gain > best[0]:
                 best = (gain, i, j, k, 0, turn_b)
-        if not costs_at_least(points, parameters, b1, a0 ^ 1, open_gain - turned - best[0]):
+        if not costs_at_least(points, cost_model, b1, a0 ^ 1, open_gain - turned - best[0]):
             gain = (
                 open_gain
                 - turned
-                - arc_cost(points, parameters, b1, a0 ^ 1)
-                - arc_cost(points, parameters, a1 ^ 1, c)
+                - arc_cost(points, cost_model, b1, a0 ^ 1)
+                - arc_cost(points, cost_model, a1 ^ 1, c)
             )
             if gain > best[0]:
                 best = (gain, i, j, k, 1, turn_b)
@@ -69,14 +64,7 @@ def move_back(
 
 @bare_kernel
 def move_on(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     p: int,
     q: int,
     turn_a: int,
@@ -86,6 +74,8 @@ def move_on(
 
     A = [i, p], B = [p + 1, q); the mirror image of ``move_back``.
     """
+    points, cost_model, links, fixed = tour.points, tour.cost_model, tour.links, tour.fixed
+    longest, order, cost = tour.longest, tour.order, tour.cost
     j, k = p + 1, q
     s = order[0, p] >> 1
     for t in range(links[2 * s + 1], links[2 * s + 2]):
@@ -95,7 +85,7 @@ def move_on(
     for t in range(j + 1, k):
         turned += cost[1, t]
     c, b0, b1 = order[0, k], order[0, j], order[0, k - 1]
-    fresh = cost[0, j] + cost[0, k] - arc_cost(points, parameters, order[0, p] ^ turn_a, c)
+    fresh = cost[0, j] + cost[0, k] - arc_cost(points, cost_model, order[0, p] ^ turn_a, c)
     for i in range(p, max(p - longest, fixed - 1), -1):
         a0 = order[0, i]
         for t in range(links[2 * (a0 >> 1) + 1], links[2 * (a0 >> 1) + 2]):
@@ -106,16 +96,16 @@ def move_on(
         a0 ^= turn_a
         open_gain = fresh + cost[0, i]
         x = order[0, i - 1]
-        if not costs_at_least(points, parameters, b1, a0, open_gain - best[0]):
-            gain = open_gain - arc_cost(points, parameters, x, b0) - arc_cost(points, parameters, b1, a0)
+        if not costs_at_least(points, cost_model, b1, a0, open_gain - best[0]):
+            gain = open_gain - arc_cost(points, cost_model, x, b0) - arc_cost(points, cost_model, b1, a0)
             if gain > best[0]:
                 best = (gain, i, j, k, turn_a, 0)
-        if not costs_at_least(points, parameters, b1 ^ 1, a0, open_gain - turned - best[0]):
+        if not costs_at_least(points, cost_model, b1 ^ 1, a0, open_gain - turned - best[0]):
             gain = (
                 open_gain
                 - turned
-                - arc_cost(points, parameters, x, b0 ^ 1)
-                - arc_cost(points, parameters, b1 ^ 1, a0)
+                - arc_cost(points, cost_model, x, b0 ^ 1)
+                - arc_cost(points, cost_model, b1 ^ 1, a0)
             )
             if gain > best[0]:
                 best = (gain, i, j, k, turn_a, 1)
@@ -124,14 +114,7 @@ def move_on(
 
 @bare_kernel
 def cut_between(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     q: int,
     p: int,
     turn_a: int,
@@ -142,10 +125,11 @@ def cut_between(
 
     A = [q, j), B = [j, p + 1).
     """
+    points, cost_model, links, order, cost = tour.points, tour.cost_model, tour.links, tour.order, tour.cost
     i, k = q, p + 1
     x, a0, c = order[0, i - 1], order[0, i] ^ turn_a, order[0, k]
     b1 = order[0, p] ^ turn_b
-    fresh = cost[0, i] + cost[0, k] - arc_cost(points, parameters, b1, a0)
+    fresh = cost[0, i] + cost[0, k] - arc_cost(points, cost_model, b1, a0)
     if turn_a:
         for t in range(i + 1, k):
             fresh -= cost[1, t]
@@ -164,12 +148,12 @@ def cut_between(
             fresh -= cost[1, j + 1]
         if need < j:
             continue
-        if not costs_at_least(points, parameters, x, b0 ^ turn_b, fresh + cost[0, j] - best[0]):
+        if not costs_at_least(points, cost_model, x, b0 ^ turn_b, fresh + cost[0, j] - best[0]):
             gain = (
                 fresh
                 + cost[0, j]
-                - arc_cost(points, parameters, x, b0 ^ turn_b)
-                - arc_cost(points, parameters, order[0, j - 1] ^ turn_a, c)
+                - arc_cost(points, cost_model, x, b0 ^ turn_b)
+                - arc_cost(points, cost_model, order[0, j - 1] ^ turn_a, c)
             )
             if gain > best[0]:
                 best = (gain, i, j, k, turn_a, turn_b)
@@ -178,46 +162,31 @@ def cut_between(
 
 @bare_kernel
 def best_move(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     u: int,
     v: int,
     best: Move,
 ) -> Move:
     """The best exchange that lets oriented toolpath ``v`` directly follow ``u``, if better than ``best``."""
+    fixed, longest, order = tour.fixed, tour.longest, tour.order
     p, q = order[1, u >> 1], order[1, v >> 1]
     turn_u, turn_v = order[0, p] ^ u, order[0, q] ^ v
     if p < q:
         if q - p > longest or q == p + 1:
             return best
         if not turn_u:
-            best = move_back(points, parameters, links, near, fixed, longest, order, cost, p, q, turn_v, best)
+            best = move_back(tour, p, q, turn_v, best)
         if not turn_v and p >= fixed:
-            best = move_on(points, parameters, links, near, fixed, longest, order, cost, p, q, turn_u, best)
+            best = move_on(tour, p, q, turn_u, best)
         return best
     if p - q >= longest or q < fixed:
         return best
-    return cut_between(
-        points, parameters, links, near, fixed, longest, order, cost, q, p, turn_v, turn_u, best
-    )
+    return cut_between(tour, q, p, turn_v, turn_u, best)
 
 
 @bare_kernel
 def descend(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     queue: NDArray[np.int32],
     queued: NDArray[np.bool_],
     count: int,
@@ -229,6 +198,7 @@ def descend(
     ``queue`` holds ``count`` touched toolpaths, which ``queued`` marks. ``span`` [low, high) is widened to
     the positions that were rewritten.
     """
+    points, cost_model, near, order, cost = tour.points, tour.cost_model, tour.near, tour.order, tour.cost
     total = 0.0
     head = 0
     size = len(queue)
@@ -247,9 +217,9 @@ def descend(
                 for t in range(near.shape[2]):
                     v = near[u, side, t]
                     a, b = (u, v) if side == 0 else (v, u)
-                    if v < 0 or arc_cost(points, parameters, a, b) >= limit - LEAST_GAIN:
+                    if v < 0 or arc_cost(points, cost_model, a, b) >= limit - LEAST_GAIN:
                         break
-                    best = best_move(points, parameters, links, near, fixed, longest, order, cost, a, b, best)
+                    best = best_move(tour, a, b, best)
                     if best[3] > 0:
                         break
                 if best[3] > 0:
@@ -258,7 +228,7 @@ def descend(
             if k == 0:
                 break
             total += gain
-            exchange(points, parameters, order, cost, i, j, k, turn_a, turn_b, spare)
+            exchange(tour, i, j, k, turn_a, turn_b, spare)
             span[0], span[1] = min(span[0], i), max(span[1], k)
             count = enqueue(
                 order,

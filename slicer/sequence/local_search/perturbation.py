@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.local_search.block_exchange import exchange
+from slicer.sequence.local_search.block_exchange import Tour, exchange
 from slicer.sequence.local_search.descent import descend, enqueue
 from slicer.sequence.local_search.random_numbers import draw
 
@@ -20,9 +20,7 @@ CLOSE = 10
 
 @bare_kernel
 def random_exchange(
-    links: NDArray[np.int32],
-    fixed: int,
-    order: NDArray[np.int32],
+    tour: Tour,
     state: NDArray[np.uint64],
     low: int,
     high: int,
@@ -32,6 +30,7 @@ def random_exchange(
     The second block starts at j in [low, high), the first behind every toolpath just below that at j.
     The second grows to a drawn length while what it takes in has nothing just below it in the first.
     """
+    links, fixed, order = tour.links, tour.fixed, tour.order
     n = order.shape[1] - 2
     j = low + int(draw(state) * (high - low))
     s = order[0, j] >> 1
@@ -54,14 +53,7 @@ def random_exchange(
 
 @kernel
 def iterated_local_search(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     state: NDArray[np.uint64],
     perturbations: int,
     low: int,
@@ -74,6 +66,7 @@ def iterated_local_search(
     is worse by d afterwards is kept with probability exp(-d / temperature). The perturbations
     move along the sequence within a window, so that what they touch stays in the processor's caches.
     """
+    fixed, longest, order, cost = tour.fixed, tour.longest, tour.order, tour.cost
     n = order.shape[1] - 2
     if n + 1 - fixed < 2 or high <= low:
         return 0.0
@@ -90,22 +83,18 @@ def iterated_local_search(
         count = 0
         span[0], span[1] = n + 2, 0
         for _ in range(2):
-            i, j, k = random_exchange(
-                links, fixed, order, state, max(fixed, centre - CLOSE), min(n + 1, centre + CLOSE)
-            )
+            i, j, k = random_exchange(tour, state, max(fixed, centre - CLOSE), min(n + 1, centre + CLOSE))
             if k == 0:
                 continue
             gain += cost[0, i] + cost[0, j] + cost[0, k]
-            exchange(points, parameters, order, cost, i, j, k, 0, 0, spare)
+            exchange(tour, i, j, k, 0, 0, spare)
             middle = i + k - j
             gain -= cost[0, i] + cost[0, middle] + cost[0, k]
             span[0], span[1] = min(span[0], i), max(span[1], k)
             count = enqueue(order, queue, queued, 0, count, i, middle, k)
         if count == 0:
             continue
-        gain += descend(
-            points, parameters, links, near, fixed, longest, order, cost, queue, queued, count, span, spare
-        )
+        gain += descend(tour, queue, queued, count, span, spare)
         if gain >= 0.0 or gain > temperature * np.log(1.0 - draw(state)):
             total += gain
             for p in range(span[0], span[1]):

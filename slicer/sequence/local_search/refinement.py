@@ -11,17 +11,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.local_search.block_exchange import LEAST_GAIN, exchange, tour
+from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange, new_tour
 from slicer.sequence.local_search.descent import best_move
 from slicer.sequence.local_search.perturbation import REACH, random_exchange
 from slicer.sequence.local_search.random_numbers import draw, random_state
-from slicer.sequence.problem import FORBIDDEN, Options, Problem, neighbours, skyline_cost, true_cost
+from slicer.sequence.problem import (
+    FORBIDDEN,
+    Options,
+    Problem,
+    neighbours,
+    skyline_cost,
+    true_cost,
+)
 from slicer.skyline import LEFT, RIGHT, lay, new_skyline
 
 TRIES_PER_TOOLPATH = {"quick": 5, "default": 40, "high": 300}
 SWEEPS = 2
 WINDOW = 60
 """Positions that are priced together."""
+Skyline = tuple[NDArray[np.float64], NDArray[np.int32]]
+"""Pieces and links, see ``slicer.skyline``."""
 SLICE = 50 * WINDOW
 """Positions between two looks at the clock: whole windows."""
 
@@ -30,20 +39,17 @@ def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> N
     """Improve a printable sequence (n,) by the true cost of its travels; what comes back costs no more."""
     if problem.n < 3:
         return oriented
-    work = tour(problem, options.objective, neighbours(problem, options.objective), oriented)
+    work = new_tour(problem, options.objective, neighbours(problem, options.objective), oriented)
     state = random_state(options.seed, 1)
     tries = TRIES_PER_TOOLPATH[options.effort] * WINDOW // (2 * SWEEPS)
     worse = float(np.median(work.cost[0, 2:-1]))
     for _ in range(SWEEPS):
         if options.out_of_time():
             break
-        piece, link = new_skyline(problem.n)
-        cursor, used = LEFT, 2
+        skyline, place = new_skyline(problem.n), (LEFT, 2)
         for low in range(1, problem.n + 1, SLICE):
             high = min(low + SLICE, problem.n + 1)
-            cursor, used = _sweep(
-                *work, problem.segments, state, tries, worse, piece, link, cursor, used, low, high
-            )
+            place = _sweep(work, state, tries, worse, skyline, place, low, high)
             if options.out_of_time():
                 break
     refined = work.oriented
@@ -54,22 +60,12 @@ def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> N
 
 @kernel
 def _sweep(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
-    segments: NDArray[np.float64],
+    tour: Tour,
     state: NDArray[np.uint64],
     tries: int,
     worse: float,
-    piece: NDArray[np.float64],
-    link: NDArray[np.int32],
-    cursor: int,
-    used: int,
+    skyline: Skyline,
+    place: tuple[int, int],
     low: int,
     end: int,
 ) -> tuple[int, int]:
@@ -77,18 +73,22 @@ def _sweep(
 
     The skyline before ``low`` is brought up to that before ``end``; returns its cursor and its size.
     """
+    points, near, fixed, longest, order = tour.points, tour.near, tour.fixed, tour.longest, tour.order
     n = order.shape[1] - 2
-    scratch, scratch_link = new_skyline(n)
+    segments = points.reshape(n, 2, 2)
+    piece, link = skyline
+    cursor, used = place
+    scratch = new_skyline(n)
     hull = np.empty((4 * n + 8, 2))
     spare = np.empty((max(longest, REACH), 3))
     while low < end:
         high = min(n + 1, low + WINDOW)
         first = max(low, fixed)
-        now = _price(piece, link, scratch, scratch_link, hull, segments, parameters, order, low, high)
+        now = _price(tour, skyline, scratch, hull, low, high)
         for _ in range(tries if high - first > 1 else 0):
             turn_a, turn_b = 0, 0
             if draw(state) < 0.3:
-                i, j, k = random_exchange(links, fixed, order, state, first, high)
+                i, j, k = random_exchange(tour, state, first, high)
                 turn_a, turn_b = int(draw(state) * 2), int(draw(state) * 2)
             else:
                 u = order[0, first + int(draw(state) * (high - first))]
@@ -99,14 +99,7 @@ def _sweep(
                 if side == 1:
                     u, v = v, u
                 _, i, j, k, turn_a, turn_b = best_move(
-                    points,
-                    parameters,
-                    links,
-                    near,
-                    fixed,
-                    longest,
-                    order,
-                    cost,
+                    tour,
                     u,
                     v,
                     (-worse, 0, 0, 0, 0, 0),
@@ -115,12 +108,12 @@ def _sweep(
                 continue
             if order[0, 0] < -1 and i == 1:
                 continue  # the direction of whatever comes first is fixed
-            exchange(points, parameters, order, cost, i, j, k, turn_a, turn_b, spare)
-            then = _price(piece, link, scratch, scratch_link, hull, segments, parameters, order, low, high)
+            exchange(tour, i, j, k, turn_a, turn_b, spare)
+            then = _price(tour, skyline, scratch, hull, low, high)
             if then < now - LEAST_GAIN:
                 now = then
             else:
-                exchange(points, parameters, order, cost, i, i + k - j, k, turn_b, turn_a, spare)
+                exchange(tour, i, i + k - j, k, turn_b, turn_a, spare)
         for p in range(low, min(high, low + WINDOW // 2)):
             cursor, used = lay(piece, link, cursor, used, segments[order[0, p] >> 1])
         low += WINDOW // 2
@@ -129,19 +122,18 @@ def _sweep(
 
 @kernel
 def _price(
-    piece: NDArray[np.float64],
-    link: NDArray[np.int32],
-    scratch: NDArray[np.float64],
-    scratch_link: NDArray[np.int32],
+    tour: Tour,
+    skyline: Skyline,
+    copy: Skyline,
     hull: NDArray[np.float64],
-    segments: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    order: NDArray[np.int32],
     low: int,
     high: int,
 ) -> float:
     """True cost of the travels into positions low .. high, on a copy of the skyline before low."""
+    points, cost_model, order = tour.points, tour.cost_model, tour.order
     n = order.shape[1] - 2
+    segments = points.reshape(n, 2, 2)
+    (piece, link), (scratch, scratch_link) = skyline, copy
     used = 2
     at, last = link[LEFT, RIGHT], LEFT
     while at != RIGHT:  # only pieces that are still seen
@@ -159,7 +151,7 @@ def _price(
         if p > 1:
             u = order[0, p - 1]
             start, end = segments[u >> 1, 1 - (u & 1)], segments[v >> 1, v & 1]
-            travel, cursor = skyline_cost(scratch, scratch_link, cursor, start, end, hull, parameters)
+            travel, cursor = skyline_cost(scratch, scratch_link, cursor, start, end, hull, cost_model)
             total += travel
         elif order[0, 0] < -1 and (v & 1) != -2 - order[0, 0]:
             total += FORBIDDEN

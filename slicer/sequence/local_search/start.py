@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.construct import initial_incumbent, level_start
-from slicer.sequence.local_search.block_exchange import Tour, tour
+from slicer.sequence.local_search.block_exchange import Tour, new_tour
 from slicer.sequence.local_search.descent import descend
 from slicer.sequence.local_search.perturbation import REACH
 from slicer.sequence.local_search.random_numbers import random_state
@@ -40,7 +40,7 @@ def start_search(problem: Problem, options: Options, stream: int, *, along_level
         start = level_start(problem, options.objective, near, options.out_of_time)
         options = options.starting_from(start)
     incumbent = initial_incumbent(problem, options)
-    work = tour(problem, options.objective, near, incumbent.oriented)
+    work = new_tour(problem, options.objective, near, incumbent.oriented)
     state = random_state(options.seed, stream)
     return Start(incumbent, work, state)
 
@@ -57,5 +57,5 @@ def reach_local_optimum(work: Tour, options: Options) -> bool:
         count = min(SLICE, n - low)
         queue[:count] = np.arange(low, low + count)
         queued[low : low + count] = True
-        descend(*work, queue, queued, count, span, spare)
+        descend(work, queue, queued, count, span, spare)
     return True

@@ -5,7 +5,7 @@ from slicer.sequence.problem.directions import directed, start_of
 from slicer.sequence.problem.incumbent import Incumbent
 from slicer.sequence.problem.method import EFFORTS, Found, Method, Options, Progress
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
-from slicer.sequence.problem.objective import Objective, ObjectiveName
+from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName
 from slicer.sequence.problem.problem import REACH_MM, Problem
 from slicer.sequence.problem.result import Result
 from slicer.sequence.problem.sequence_cost import skyline_cost, true_cost
@@ -22,6 +22,7 @@ __all__ = [
     "EFFORTS",
     "FORBIDDEN",
     "REACH_MM",
+    "CostModel",
     "Found",
     "Incumbent",
     "Method",

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.objective import CostModel, Objective
 from slicer.sequence.problem.problem import Problem
 from slicer.sequence.problem.travel_cost import arc_cost
 
@@ -28,14 +28,14 @@ def directed(problem: Problem, order: ArrayLike, objective: Objective | None = N
     Returns:
         int32 (n,), the sequence of oriented toolpaths.
     """
-    parameters = (objective or Objective()).parameters()
+    cost_model = (objective or Objective()).cost_model
     points = problem.segments.reshape(-1, 2)
-    return _direct(points, parameters, start_of(problem), np.asarray(order, np.int32))
+    return _direct(points, cost_model, start_of(problem), np.asarray(order, np.int32))
 
 
 @kernel
 def _direct(
-    points: NDArray[np.float64], parameters: NDArray[np.float64], start: int, order: NDArray[np.int32]
+    points: NDArray[np.float64], cost_model: CostModel, start: int, order: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     n = len(order)
     oriented = np.empty(n, np.int32)
@@ -44,12 +44,12 @@ def _direct(
     came_from = np.zeros((n, 2), np.int8)
     cost = np.empty(2)
     for f in range(2):
-        cost[f] = arc_cost(points, parameters, start, 2 * order[0] + f)
+        cost[f] = arc_cost(points, cost_model, start, 2 * order[0] + f)
     for k in range(1, n):
         now = np.empty(2)
         for f in range(2):
-            straight = cost[0] + arc_cost(points, parameters, 2 * order[k - 1], 2 * order[k] + f)
-            flipped = cost[1] + arc_cost(points, parameters, 2 * order[k - 1] + 1, 2 * order[k] + f)
+            straight = cost[0] + arc_cost(points, cost_model, 2 * order[k - 1], 2 * order[k] + f)
+            flipped = cost[1] + arc_cost(points, cost_model, 2 * order[k - 1] + 1, 2 * order[k] + f)
             came_from[k, f] = flipped < straight
             now[f] = min(straight, flipped)
         cost = now

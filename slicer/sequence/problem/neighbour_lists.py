@@ -48,15 +48,15 @@ def neighbours(problem: Problem, objective: Objective | None = None, count: int 
     if len(points):
         extent = np.ptp(points, axis=0)
         pitch = float(np.sqrt(max(extent.prod(), extent.max() ** 2 * 1e-3, 1e-12) / len(points)))
-        parameters = (objective or Objective()).parameters()
-        across = direct_cost(parameters, *extent)
+        cost_model = (objective or Objective()).cost_model
+        across = direct_cost(cost_model, *extent)
         if not across <= DEAREST:
             raise SequenceError(
                 f"a travel across this sheet of {extent[0]:g} x {extent[1]:g} mm costs {across:g} "
-                f"{'s' if parameters[0] else 'mm'}, but must not cost more than {DEAREST:g}. Look at the "
+                f"{'s' if cost_model.timed else 'mm'}, but must not cost more than {DEAREST:g}. Look at the "
                 "speeds, accelerations and fixed time of the machine, and at the units of the sheet."
             )
-        near *= [direct_cost(parameters, pitch, 0.0) / pitch, direct_cost(parameters, 0.0, pitch) / pitch]
+        near *= [direct_cost(cost_model, pitch, 0.0) / pitch, direct_cost(cost_model, 0.0, pitch) / pitch]
     ranks = realizer(problem)
     after = _nearest(near, ranks, problem.succ_start, problem.succ, count, False)
     before = _nearest(near, ranks, problem.succ_start, problem.succ, count, True)

@@ -1,10 +1,9 @@
 """What a sequence is optimised for: the objective, its limits, and what they are for the kernels."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slicer.errors import SequenceError
 from slicer.sequence.problem.checks import real_number, three_numbers
@@ -18,6 +17,30 @@ reach the kernels, which sort by them and find cells of a grid with them, and do
 """
 FARTHEST_MM = 1e5
 """Largest clearance: as far as coordinates reach."""
+
+
+class CostModel(NamedTuple):
+    """How the kernels charge for a travel; an argument of compiled code.
+
+    Attributes:
+        timed: whether a travel costs seconds; otherwise its length in mm.
+        clearance: how far a travel keeps above what is printed, in mm; 0 for straight travels.
+        speed, speed_x, speed_y: limits of the path and of the axes, in mm/s.
+        acceleration, acceleration_x, acceleration_y: the same, in mm/s².
+        fixed: seconds of retraction or of the valve, for each travel longer than ``fixed_from`` mm.
+        fixed_from: see ``fixed``.
+    """
+
+    timed: bool
+    clearance: float
+    speed: float
+    speed_x: float
+    speed_y: float
+    acceleration: float
+    acceleration_x: float
+    acceleration_y: float
+    fixed: float
+    fixed_from: float
 
 
 @dataclass(frozen=True)
@@ -76,17 +99,15 @@ class Objective:
         """Whether what is printed at the moment matters."""
         return self.name != "straight"
 
-    def parameters(self) -> NDArray[np.float64]:
-        """float64 (10,) for the kernels: timed, clearance, v, vx, vy, a, ax, ay, fixed, fixed from."""
+    @property
+    def cost_model(self) -> CostModel:
+        """What the kernels are given of it."""
         timed = self.name == "time"
-        return np.array(
-            [
-                timed,
-                self.clearance_mm if self.routed else 0.0,
-                *self.speed_mm_s,
-                *self.acceleration_mm_s2,
-                self.fixed_s if timed else 0.0,
-                self.fixed_from_mm,
-            ],
-            np.float64,
+        return CostModel(
+            timed,
+            self.clearance_mm if self.routed else 0.0,
+            *self.speed_mm_s,
+            *self.acceleration_mm_s2,
+            self.fixed_s if timed else 0.0,
+            self.fixed_from_mm,
         )

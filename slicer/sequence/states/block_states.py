@@ -3,14 +3,27 @@
 See ``blocks.Blocks`` for what the arrays mean.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
+from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.section import NONE
 
 OUTSIDE = 2
 """Values of a state before those of its maximal elements: the nozzle is left, or right, of the block."""
+
+
+class Numbers(NamedTuple):
+    """The numbers of the living states, as in ``Blocks``; ``number`` is by row-major place, or ``NONE``."""
+
+    state_start: NDArray[np.int32]
+    number: NDArray[np.int32]
+    move_start: NDArray[np.int32]
+    value_start: NDArray[np.int32]
+    dense: NDArray[np.int64]
 
 
 @kernel
@@ -80,8 +93,8 @@ def number_states(
     step_start: NDArray[np.int32],
     step_to: NDArray[np.int32],
     top_start: NDArray[np.int32],
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int64]]:
-    """Number the living states: state_start, number by row-major place, move_start, value_start, dense."""
+) -> Numbers:
+    """Number the living states."""
     states = 0
     for index in range(len(alive)):
         states += alive[index]
@@ -111,27 +124,23 @@ def number_states(
             value_start[s + 1] = value_start[s] + values
             s += 1
         state_start[k + 1] = s
-    return state_start, number, move_start, value_start, dense
+    return Numbers(state_start, number, move_start, value_start, dense)
 
 
 @kernel
 def fill_states(
-    bounds: NDArray[np.int32],
-    dense_start: NDArray[np.int64],
-    number: NDArray[np.int32],
-    state_start: NDArray[np.int32],
-    move_start: NDArray[np.int32],
-    value_start: NDArray[np.int32],
-    dense: NDArray[np.int64],
-    set_start: NDArray[np.int32],
-    step_start: NDArray[np.int32],
-    step: NDArray[np.int32],
-    top_start: NDArray[np.int32],
-    top_path: NDArray[np.int32],
-    local: NDArray[np.int32],
-    size: NDArray[np.int32],
+    bounds: NDArray[np.int32], dense_start: NDArray[np.int64], numbers: Numbers, sets: DownSets
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """The steps and values of all states: move_path, move_to, move_value, value_path; see ``Blocks``."""
+    state_start, number, move_start, value_start, dense = numbers
+    set_start, step_start, top_start, top_path = sets.start, sets.step_start, sets.top_start, sets.top_path
+    step_path, step_to, step_slot, local, size = (
+        sets.step_path,
+        sets.step_to,
+        sets.step_slot,
+        sets.local,
+        sets.size,
+    )
     move_path = np.empty(move_start[-1], np.int32)
     move_to = np.empty(move_start[-1], np.int32)
     move_value = np.empty(move_start[-1], np.int32)
@@ -147,11 +156,11 @@ def fill_states(
                 at = set_start[bounds[k] + q] + rest // stride[q]
                 rest %= stride[q]
                 for e in range(step_start[at], step_start[at + 1]):
-                    to = number[dense_start[k] + dense[s] + (step[1, e] - at) * stride[q]]
+                    to = number[dense_start[k] + dense[s] + (step_to[e] - at) * stride[q]]
                     if to != NONE:
-                        move_path[m] = offset + local[step[0, e]]
+                        move_path[m] = offset + local[step_path[e]]
                         move_to[m] = to
-                        move_value[m] = value_start[to] + tops + 2 * step[2, e]
+                        move_value[m] = value_start[to] + tops + 2 * step_slot[e]
                         m += 1
                 for t in range(top_start[at], top_start[at + 1]):
                     for f in range(2):

@@ -68,7 +68,7 @@ class Blocks(NamedTuple):
 
     def shape(self, k: int, sets: DownSets) -> tuple[int, ...]:
         """The numbers of down-sets of the columns of block k."""
-        return tuple(int(d) for d in sets.count[self.bounds[k] : self.bounds[k + 1] + 1])
+        return tuple(int(d) for d in sets.counts[self.bounds[k] : self.bounds[k + 1] + 1])
 
     def alive(self, k: int, sets: DownSets) -> NDArray[np.bool_]:
         """bool, shape ``shape(k)``: which tuples of down-sets are states of block k."""
@@ -84,7 +84,7 @@ def cover(sets: DownSets, most_states: int = 0) -> NDArray[np.int32]:
         sets: the down-sets of the columns.
         most_states: a block of three columns and more has at most so many.
     """
-    count = [int(d) for d in sets.count]
+    count = [int(d) for d in sets.counts]
     bounds = [0]
     while bounds[-1] < len(count) - 1 or len(bounds) < 2:
         end = min(bounds[-1] + 1, len(count) - 1)
@@ -110,7 +110,7 @@ def connect(
         bounds: see ``Blocks``.
         allowed: for each block, bool of the shape of its down-sets: which states may be there.
     """
-    count = sets.count
+    count = sets.counts
     shapes = [tuple(count[a : b + 1]) for a, b in pairwise(bounds)]
     dense_start = np.concatenate([[0], np.cumsum([int(np.prod(s)) for s in shapes])]).astype(np.int64)
     alive = np.ones(dense_start[-1], np.bool_)
@@ -123,25 +123,10 @@ def connect(
     column_start = np.concatenate([[0], np.cumsum(sets.size)]).astype(np.int32)
     members = [order[column_start[a] : column_start[b + 1]] for a, b in pairwise(bounds)]
     path_start = np.concatenate([[0], np.cumsum([len(m) for m in members])]).astype(np.int32)
-    state_start, number, move_start, value_start, dense = number_states(
+    numbers = number_states(
         bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, sets.top_start
     )
-    move_path, move_to, move_value, value_path = fill_states(
-        bounds,
-        dense_start,
-        number,
-        state_start,
-        move_start,
-        value_start,
-        dense,
-        sets.start,
-        sets.step_start,
-        np.stack([sets.step_path, sets.step_to, sets.step_slot]),
-        sets.top_start,
-        sets.top_path,
-        sets.local,
-        sets.size,
-    )
+    move_path, move_to, move_value, value_path = fill_states(bounds, dense_start, numbers, sets)
     columns = np.arange(section.columns)
     inner = np.searchsorted(bounds, columns, side="left")
     home = np.stack([np.maximum(inner - 1, 0), np.searchsorted(bounds, columns, side="right") - 1], axis=1)
@@ -149,14 +134,14 @@ def connect(
         bounds,
         path_start,
         np.concatenate(members).astype(np.int32),
-        state_start,
-        move_start,
+        numbers.state_start,
+        numbers.move_start,
         move_path,
         move_to,
         move_value,
-        value_start,
+        numbers.value_start,
         value_path,
-        dense,
+        numbers.dense,
         np.minimum(home, len(bounds) - 2).astype(np.int32),
         sets.size,
         column_start,

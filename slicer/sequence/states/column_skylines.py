@@ -59,12 +59,8 @@ def skylines(section: Section, sets: DownSets) -> Skylines:
         piece = np.empty((room, 4))
         if _raise(
             section.segments,
-            sets.start,
-            sets.step_start,
-            sets.step_path,
-            sets.step_to,
-            base_start,
-            ground,
+            sets,
+            (base_start, ground),
             np.full(count, -1, np.int32),
             np.full(count, -1, np.int32),
             start,
@@ -101,12 +97,8 @@ def _ground(section: Section) -> tuple[list[NDArray[np.float64]], NDArray[np.int
 @bare_kernel
 def _raise(
     segments: NDArray[np.float64],
-    set_start: NDArray[np.int32],
-    step_start: NDArray[np.int32],
-    step_path: NDArray[np.int32],
-    step_to: NDArray[np.int32],
-    base_start: NDArray[np.int32],
-    ground: NDArray[np.float64],
+    sets: DownSets,
+    base: tuple[NDArray[np.int32], NDArray[np.float64]],
     parent: NDArray[np.int32],
     printed: NDArray[np.int32],
     start: NDArray[np.int32],
@@ -117,6 +109,8 @@ def _raise(
 
     A printed toolpath has nothing above it, so that it replaces the skyline over its x-range.
     """
+    set_start, step_start, step_path, step_to = sets.start, sets.step_start, sets.step_path, sets.step_to
+    base_start, ground = base
     size = 0
     for c in range(len(set_start) - 1):
         for i in range(set_start[c], set_start[c + 1]):

@@ -5,7 +5,7 @@ what is printed of a sheet is one down-set of each column. The toolpath of a col
 is a maximal element of its down-set: nothing above it is printed.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,7 @@ MOST_STEPS = 32
 """Steps from a down-set, on average; a column with more counts as one with too many down-sets."""
 
 
-@dataclass(frozen=True, eq=False)
-class DownSets:
+class DownSets(NamedTuple):
     """The down-sets of all columns, numbered through; a smaller down-set has a smaller number.
 
     Attributes:
@@ -52,7 +51,7 @@ class DownSets:
         return bool((self.corridor == UNLIMITED).all())
 
     @property
-    def count(self) -> NDArray[np.int64]:
+    def counts(self) -> NDArray[np.int64]:
         """int64 (c,), the number of down-sets of each column."""
         return np.diff(self.start).astype(np.int64)
 
@@ -172,13 +171,7 @@ def _column(
         step_start = np.zeros(capacity + 1, np.int32)
         step = np.empty((2, min(size, MOST_STEPS) * capacity), np.int32)
         count = _enumerate(
-            paths,
-            local,
-            section.pred_start,
-            section.pred,
-            first,
-            last,
-            width,
+            Column(paths, local, section.pred_start, section.pred, first, last, width),
             member,
             step_start,
             step,
@@ -192,15 +185,29 @@ def _column(
         capacity = min(most, 2 * capacity)
 
 
+class Column(NamedTuple):
+    """What the down-sets of one column depend on.
+
+    Attributes:
+        paths: int32 (k,), its toolpaths in the order of the guide.
+        local: int32 (n,), the place of each toolpath among those of its column.
+        pred_start, pred: the covering relation, as in ``Section``.
+        first, last: the places of toolpaths that come first and last, or ``NONE``.
+        width: how far from a prefix of the guide a down-set may be.
+    """
+
+    paths: NDArray[np.int32]
+    local: NDArray[np.int32]
+    pred_start: NDArray[np.int32]
+    pred: NDArray[np.int32]
+    first: int
+    last: int
+    width: int
+
+
 @bare_kernel
 def _enumerate(
-    paths: NDArray[np.int32],
-    local: NDArray[np.int32],
-    pred_start: NDArray[np.int32],
-    pred: NDArray[np.int32],
-    first: int,
-    last: int,
-    width: int,
+    column: Column,
     member: NDArray[np.bool_],
     step_start: NDArray[np.int32],
     step: NDArray[np.int32],
@@ -208,6 +215,7 @@ def _enumerate(
     table: NDArray[np.int32],
 ) -> int:
     """Fill in the down-sets of a column, breadth first; how many, or ``NONE`` where the room is too small."""
+    paths, local, pred_start, pred, first, last, width = column
     size = len(paths)
     count, begin, moves = 1, 0, 0
     for m in range(size):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem import Objective, Problem
+from slicer.sequence.problem import CostModel, Objective, Problem
 
 NONE = -1
 
@@ -21,7 +21,7 @@ class Section:
         column: int32 (n,), the column of each toolpath; every number from 0 has a toolpath.
         starts: int32 (k,), oriented toolpaths to begin with. One toolpath, or all minimal ones.
         last: the oriented toolpath that the order must end with, or ``NONE``.
-        parameters: float64 (10,), the objective as ``Objective.parameters`` gives it.
+        cost_model: what a travel costs.
         routed: whether travels keep above what is printed.
         ground: float64 (q, 4), the skyline of what was printed before, in pieces [x left, y left, x right,
             y right] from left to right.
@@ -37,7 +37,7 @@ class Section:
     column: NDArray[np.int32]
     starts: NDArray[np.int32]
     last: int
-    parameters: NDArray[np.float64]
+    cost_model: CostModel
     routed: bool
     ground: NDArray[np.float64]
     extent: NDArray[np.float64]
@@ -54,7 +54,7 @@ class Section:
             problem.column,
             problem.starts,
             NONE,
-            objective.parameters(),
+            objective.cost_model,
             objective.routed,
             np.empty((0, 4)),
             extents(problem),
@@ -106,7 +106,7 @@ class Section:
             column.astype(np.int32).ravel(),
             starts,
             NONE if end == problem.n else int(2 * (len(paths) - 1) + (inner[-1] & 1)),
-            objective.parameters(),
+            objective.cost_model,
             objective.routed,
             ground,
             extent[numbers],

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.local_search import draw, reach_local_optimum, refresh, start_search
+from slicer.sequence.local_search import Tour, draw, reach_local_optimum, refresh, start_search
 from slicer.sequence.problem import Found, Options, Problem, arc_cost
 
 ANTS = {"quick": 50, "default": 500, "high": 5_000}
@@ -41,7 +41,7 @@ def aco(problem: Problem, options: Options) -> Found:
     sent, stopped = 0, False
     try:
         while sent < ants and not stopped:
-            _walk(*work, problem.pred_start, pheromone, state, int(incumbent.oriented[0]))
+            _walk(work, pheromone, state, int(incumbent.oriented[0]))
             sent += 1
             stopped = not reach_local_optimum(work, options) or (sent < ants and options.out_of_time())
             better = incumbent.offer(work.oriented)
@@ -55,26 +55,20 @@ def aco(problem: Problem, options: Options) -> Found:
 
 @kernel
 def _walk(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
-    pred_start: NDArray[np.int32],
+    tour: Tour,
     pheromone: NDArray[np.float64],
     state: NDArray[np.uint64],
     first: int,
 ) -> None:
     """One ant's sequence, into the tour; pheromone starts as 1."""
+    points, cost_model, links, near, order = tour.points, tour.cost_model, tour.links, tour.near, tour.order
     n = order.shape[1] - 2
-    missing = pred_start[1:] - pred_start[:-1]
+    missing = np.empty(n, np.int32)
     ready = np.empty(n, np.int32)
     place = np.full(n, NONE, np.int32)  # where a printable toolpath stands in ``ready``
     count = 0
     for s in range(n):
+        missing[s] = links[2 * s + 1] - links[2 * s]
         if missing[s] == 0:
             place[s] = count
             ready[count] = s
@@ -90,7 +84,7 @@ def _walk(
                 appeal[t] = 0.0
                 if v < 0 or place[v >> 1] == NONE:
                     continue
-                length = arc_cost(points, parameters, u, v)
+                length = arc_cost(points, cost_model, u, v)
                 appeal[t] = pheromone[u, t] / (length + 1e-6) ** NEARNESS
                 total += appeal[t]
                 if appeal[t] > most:
@@ -111,7 +105,7 @@ def _walk(
                 here = u
                 for t in range(count):
                     for v in range(2 * ready[t], 2 * ready[t] + 2):
-                        length = arc_cost(points, parameters, here, v)
+                        length = arc_cost(points, cost_model, here, v)
                         if length < least:
                             least, u = length, v
         order[0, k] = u
@@ -127,7 +121,7 @@ def _walk(
                 place[above] = count
                 ready[count] = above
                 count += 1
-    refresh(points, parameters, order, cost, 1, n + 1)
+    refresh(tour, 1, n + 1)
 
 
 @kernel

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.local_search import Tour, random_state, tour
+from slicer.sequence.local_search import Tour, new_tour, random_state
 from slicer.sequence.problem import Incumbent, Neighbours, Options, Problem
 from slicer.sequence.tree_search.rollouts import STRETCH_LENGTH, search_stretches
 
@@ -44,7 +44,7 @@ def search_pass(
     try:
         for look, k in enumerate(looks):
             some = roots[k : k + TREES]
-            states = search_stretches(*work, state, some[0], some[-1] + 1, STRIDE, rollouts)
+            states = search_stretches(work, state, some[0], some[-1] + 1, STRIDE, rollouts)
             if counts is not None:
                 counts[0] += sum(min(STRETCH_LENGTH, n + 1 - root) for root in some) * rollouts
                 counts[1] += states
@@ -73,7 +73,7 @@ def improve_by_trees(
     What comes back costs no more by direct travels. ``stream`` tells apart the random numbers of several
     calls with one seed.
     """
-    work = tour(problem, options.objective, near, oriented)
+    work = new_tour(problem, options.objective, near, oriented)
     state = random_state(options.seed, 2, stream)
     search_pass(work, state, options, incumbent, rollouts)
     return work.oriented

@@ -4,11 +4,13 @@ What stands before the root is printed, and the toolpaths of the stretch behind 
 nothing between them that the order of the rest depends on. A node is a printable order of some of them.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.local_search import LEAST_GAIN, REACH, descend, draw, refresh
+from slicer.sequence.local_search import LEAST_GAIN, REACH, Tour, descend, draw, refresh
 from slicer.sequence.problem import FORBIDDEN, arc_cost
 from slicer.sequence.tree_search.tree import (
     ENTRY,
@@ -30,16 +32,29 @@ STRAY = 0.01
 """How often a rollout takes the second best toolpath."""
 
 
+class Room(NamedTuple):
+    """What one tree and its rollouts write to, made once for all trees.
+
+    Attributes:
+        missing: int32 (2, m), for each toolpath of the stretch, how many just below it are not printed: at
+            the root, and now.
+        ready: int32 (m,), the printable ones, by their position in the stretch.
+        sequence: int32 (m,), the stretch as a rollout orders it.
+        tree, worth: see ``tree``.
+        path: int32, the nodes gone through.
+    """
+
+    missing: NDArray[np.int32]
+    ready: NDArray[np.int32]
+    sequence: NDArray[np.int32]
+    tree: NDArray[np.int32]
+    worth: NDArray[np.float64]
+    path: NDArray[np.int32]
+
+
 @kernel
 def search_stretches(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    near: NDArray[np.int32],
-    fixed: int,
-    longest: int,
-    order: NDArray[np.int32],
-    cost: NDArray[np.float64],
+    tour: Tour,
     state: NDArray[np.uint64],
     low: int,
     high: int,
@@ -52,18 +67,22 @@ def search_stretches(
     sequence, and the tree begins anew, since its costs were those of another stretch. See ``Tour`` for the
     arrays.
     """
+    longest, order, cost = tour.longest, tour.order, tour.cost
     n = order.shape[1] - 2
     most = min(STRETCH_LENGTH, n)
     back = order[0].copy()
     queue, queued = np.empty(n, np.int32), np.zeros(n, np.bool_)
     span = np.empty(2, np.int64)
     spare = np.empty((max(longest, REACH), 3))
-    missing = np.empty((2, most), np.int32)  # toolpaths just below that are not printed: at the root, and now
-    ready = np.empty(most, np.int32)
-    sequence = np.empty(most, np.int32)
-    tree = np.empty((rollouts + 1, 4), np.int32)
-    worth = np.empty((rollouts + 1, 3))
-    path = np.empty(rollouts + 2, np.int32)
+    room = Room(
+        np.empty((2, most), np.int32),
+        np.empty(most, np.int32),
+        np.empty(most, np.int32),
+        np.empty((rollouts + 1, 4), np.int32),
+        np.empty((rollouts + 1, 3)),
+        np.empty(rollouts + 2, np.int32),
+    )
+    sequence, worth, path = room.sequence, room.worth, room.path
     states = 0
     for root in range(low, high, stride):
         end = min(n + 1, root + STRETCH_LENGTH)
@@ -71,21 +90,18 @@ def search_stretches(
         before = 0.0
         for _ in range(rollouts):
             if made == 0:
-                made = _new_tree(links, order, root, end, missing, tree, worth)
+                made = _new_tree(tour, room, root, end)
                 before = _stretch(cost, root, end)
-            made, depth, created = _rollout(
-                points, parameters, links, order, root, end, before, missing, ready, sequence, tree, worth,
-                path, made, state,
-            )  # fmt: skip
+            made, depth, created = _rollout(tour, room, root, end, before, made, state)
             states += created
-            count = _changed(order, root, end, sequence, queue, queued)
+            count = _changed(tour, root, end, sequence, queue, queued)
             for k in range(end - root):
                 order[0, root + k] = sequence[k]
-            refresh(points, parameters, order, cost, root, end)
+            refresh(tour, root, end)
             span[0], span[1] = root, end
             gain = before - _stretch(cost, root, end)
             gain += descend(
-                points, parameters, links, near, fixed, longest, order, cost, queue, queued, count,
+                tour, queue, queued, count,
                 span, spare,
             )  # fmt: skip
             if gain > LEAST_GAIN:
@@ -95,7 +111,7 @@ def search_stretches(
                 continue
             for p in range(span[0], span[1]):
                 order[0, p] = back[p]
-            refresh(points, parameters, order, cost, span[0], span[1])
+            refresh(tour, span[0], span[1])
             for d in range(depth + 1):
                 backpropagate(worth, path[d], -gain)
     return states
@@ -112,15 +128,14 @@ def _stretch(cost: NDArray[np.float64], root: int, end: int) -> float:
 
 @bare_kernel
 def _new_tree(
-    links: NDArray[np.int32],
-    order: NDArray[np.int32],
+    tour: Tour,
+    room: Room,
     root: int,
     end: int,
-    missing: NDArray[np.int32],
-    tree: NDArray[np.int32],
-    worth: NDArray[np.float64],
 ) -> int:
     """Make the tree a root alone; the number of its nodes."""
+    missing, tree, worth = room.missing, room.tree, room.worth
+    links, order = tour.links, tour.order
     for i in range(end - root):
         s = order[0, root + i] >> 1
         missing[0, i] = 0
@@ -131,26 +146,21 @@ def _new_tree(
 
 @bare_kernel
 def _rollout(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    links: NDArray[np.int32],
-    order: NDArray[np.int32],
+    tour: Tour,
+    room: Room,
     root: int,
     end: int,
     before: float,
-    missing: NDArray[np.int32],
-    ready: NDArray[np.int32],
-    sequence: NDArray[np.int32],
-    tree: NDArray[np.int32],
-    worth: NDArray[np.float64],
-    path: NDArray[np.int32],
     made: int,
     state: NDArray[np.uint64],
 ) -> tuple[int, int, int]:
     """Go down the tree, add a node and complete the stretch: nodes, depth, and states created.
 
-    Writes the stretch to ``sequence`` and the nodes gone through to ``path``.
+    Writes the stretch and the nodes gone through to the room.
     """
+    missing, ready, sequence = room.missing, room.ready, room.sequence
+    tree, worth, path = room.tree, room.worth, room.path
+    order = tour.order
     m = end - root
     count = 0
     for i in range(m):
@@ -169,9 +179,7 @@ def _rollout(
         if node != NONE:
             fresh = NONE
             if may_widen(tree, worth, node):
-                fresh, _ = _best(
-                    points, parameters, order, root, ready, count, u, CHILD_BIAS * usual, tree, node
-                )
+                fresh, _ = _best(tour, room, root, count, u, CHILD_BIAS * usual, node)
             if fresh != NONE:
                 v, child = fresh, made
                 made = add_child(tree, worth, node, made, v)
@@ -184,37 +192,36 @@ def _rollout(
                 path[depth] = child
             node = NONE if fresh != NONE else child
         if v == NONE:
-            v, second = _best(points, parameters, order, root, ready, count, u, bias, tree, NONE)
+            v, second = _best(tour, room, root, count, u, bias, NONE)
             if second != NONE and draw(state) < STRAY:
                 v = second
         sequence[k] = u = v
-        count = _print(links, order, root, m, missing, ready, count, v >> 1)
+        count = _print(tour, room, root, m, count, v >> 1)
     return made, depth, states
 
 
 @bare_kernel
 def _best(
-    points: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    order: NDArray[np.int32],
+    tour: Tour,
+    room: Room,
     root: int,
-    ready: NDArray[np.int32],
     count: int,
     u: int,
     bias: float,
-    tree: NDArray[np.int32],
     node: int,
 ) -> tuple[int, int]:
     """The two best printable oriented toolpaths after ``u`` that are no children of ``node``, or ``NONE``.
 
     Near is good, and so is early in the best sequence, whose large structure a rollout keeps.
     """
+    ready, tree = room.ready, room.tree
+    points, cost_model, order = tour.points, tour.cost_model, tour.order
     least, next_least = FORBIDDEN, FORBIDDEN
     best, second = NONE, NONE
     for t in range(count):
         s = order[0, root + ready[t]] >> 1
         for v in range(2 * s, 2 * s + 2):
-            score = arc_cost(points, parameters, u, v) + bias * ready[t]
+            score = arc_cost(points, cost_model, u, v) + bias * ready[t]
             if score >= next_least:
                 continue
             if node != NONE and is_child(tree, node, v):
@@ -228,16 +235,16 @@ def _best(
 
 @bare_kernel
 def _print(
-    links: NDArray[np.int32],
-    order: NDArray[np.int32],
+    tour: Tour,
+    room: Room,
     root: int,
     m: int,
-    missing: NDArray[np.int32],
-    ready: NDArray[np.int32],
     count: int,
     s: int,
 ) -> int:
     """Take toolpath ``s`` from the printable ones and add what it was under; how many there are then."""
+    missing, ready = room.missing, room.ready
+    links, order = tour.links, tour.order
     at = order[1, s] - root
     for t in range(count):
         if ready[t] == at:
@@ -256,7 +263,7 @@ def _print(
 
 @bare_kernel
 def _changed(
-    order: NDArray[np.int32],
+    tour: Tour,
     root: int,
     end: int,
     sequence: NDArray[np.int32],
@@ -264,6 +271,7 @@ def _changed(
     queued: NDArray[np.bool_],
 ) -> int:
     """Queue the toolpaths at both ends of each travel that the sequence did not have; how many."""
+    order = tour.order
     count = 0
     u = order[0, root - 1]
     for k in range(end - root + 1):

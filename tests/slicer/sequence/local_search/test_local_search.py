@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from slicer.sequence import Problem, solve
 from slicer.sequence.construct.levels import level_start
-from slicer.sequence.local_search.block_exchange import exchange, tour
+from slicer.sequence.local_search.block_exchange import exchange, new_tour
 from slicer.sequence.local_search.descent import best_move
 from slicer.sequence.local_search.perturbation import random_exchange
 from slicer.sequence.problem.comparability import realizer
@@ -83,7 +83,7 @@ def test_moves_are_printable_and_gain_what_they_say(segments, seed, objective):
     problem = Problem.build(segments, first=None)
     if problem.n < 3:
         return
-    work = tour(problem, objective, neighbours(problem, objective), start_of(problem, seed))
+    work = new_tour(problem, objective, neighbours(problem, objective), start_of(problem, seed))
     random = np.random.default_rng(seed)
     spare = np.empty((problem.n + 30, 3))
     for _ in range(40):
@@ -91,12 +91,12 @@ def test_moves_are_printable_and_gain_what_they_say(segments, seed, objective):
         v = int(work.near[u, 0, random.integers(work.near.shape[2])])
         if v < 0:
             continue
-        gain, i, j, k, turn_a, turn_b = best_move(*work, u, v, (-1e9, 0, 0, 0, 0, 0))
+        gain, i, j, k, turn_a, turn_b = best_move(work, u, v, (-1e9, 0, 0, 0, 0, 0))
         if k == 0:
             continue
         before = work.total
-        exchange(work.points, work.parameters, work.order, work.cost, i, j, k, turn_a, turn_b, spare)
-        after = tour(problem, objective, neighbours(problem, objective), work.oriented)
+        exchange(work, i, j, k, turn_a, turn_b, spare)
+        after = new_tour(problem, objective, neighbours(problem, objective), work.oriented)
         assert problem.refusal(work.oriented >> 1) is None
         assert before - after.total == pytest.approx(gain, abs=1e-9)
         np.testing.assert_allclose(work.cost, after.cost, atol=1e-9)
@@ -111,14 +111,14 @@ def test_perturbations_are_printable(segments, seed):
     problem = Problem.build(segments, first=None)
     if problem.n < 2:
         return
-    work = tour(problem, Objective(), neighbours(problem), start_of(problem, seed))
+    work = new_tour(problem, Objective(), neighbours(problem), start_of(problem, seed))
     state = np.array([seed], np.uint64)
     spare = np.empty((problem.n + 30, 3))
     for _ in range(30):
-        i, j, k = random_exchange(work.links, work.fixed, work.order, state, work.fixed, problem.n + 1)
+        i, j, k = random_exchange(work, state, work.fixed, problem.n + 1)
         if k:
             assert i < j < k
-            exchange(work.points, work.parameters, work.order, work.cost, i, j, k, 0, 0, spare)
+            exchange(work, i, j, k, 0, 0, spare)
             assert problem.refusal(work.oriented >> 1) is None
 
 

@@ -54,7 +54,7 @@ LEGS = {
 @pytest.mark.parametrize("name", LEGS)
 def test_a_leg_costs_what_was_worked_out_by_hand(name):
     objective, dx, dy, expected = LEGS[name]
-    assert leg_cost(objective.parameters(), dx, dy) == pytest.approx(expected, rel=1e-8)
+    assert leg_cost(objective.cost_model, dx, dy) == pytest.approx(expected, rel=1e-8)
     if objective.name == "time" and expected:
         assert seconds(objective, dx, dy) == pytest.approx(expected, rel=1e-8)
 
@@ -68,7 +68,7 @@ limits = st.tuples(*[st.floats(0.1, 1000)] * 3)
 def test_a_leg_costs_what_another_derivation_says(dx, dy, speed, acceleration):
     objective = Objective("time", speed_mm_s=speed, acceleration_mm_s2=acceleration)
     expected = seconds(objective, dx, dy) if dx or dy else 0.0
-    assert leg_cost(objective.parameters(), dx, dy) == pytest.approx(expected, rel=1e-9)
+    assert leg_cost(objective.cost_model, dx, dy) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_a_leg_costs_what_another_derivation_says(dx, dy, speed, acceleration):
     ],
 )
 def test_the_fixed_time_is_for_long_travels_and_for_time_alone(objective, expected):
-    assert direct_cost(objective.parameters(), 100.0, 0.0) == pytest.approx(expected)
+    assert direct_cost(objective.cost_model, 100.0, 0.0) == pytest.approx(expected)
     apart = Problem.build([[[0.0, 0.0], [1.0, 0.0]], [[101.0, 0.0], [102.0, 0.0]]])
     assert true_cost(apart, objective, np.array([0, 2], np.int32)) == pytest.approx(expected)
     assert solve(apart, method="greedy", objective=objective).cost == pytest.approx(expected)

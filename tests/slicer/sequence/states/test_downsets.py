@@ -46,7 +46,7 @@ def test_every_down_set_is_there_once_with_its_steps_and_maximal_elements(sheet,
     for c in range(len(sets.size)):
         expected = all_down_sets(problem, c)
         known = members(sets, c)
-        assert len(known) == sets.count[c] == len(expected)
+        assert len(known) == sets.counts[c] == len(expected)
         assert set(known.values()) == expected
         for i, printed in known.items():
             tops = sets.top_path[sets.top_start[i] : sets.top_start[i + 1]].tolist()
@@ -81,7 +81,7 @@ def test_a_corridor_is_small_and_holds_the_guiding_order(sheet, seed, limit):
         assert all(frozenset(order[:k]) in known for k in range(len(order) + 1))
         assert len(known) <= max(limit, len(order) + 1)
         assert known <= set(members(everything, c).values())
-        assert (sets.corridor[c] == UNLIMITED) == (len(known) == everything.count[c]) or sets.corridor[c] > 3
+        assert (sets.corridor[c] == UNLIMITED) == (len(known) == everything.counts[c]) or sets.corridor[c] > 3
 
 
 def test_a_window_is_ordered_by_the_precedence_of_the_whole(sheet):
@@ -110,12 +110,12 @@ def test_an_antichain_has_a_column_for_each_toolpath(count):
     x = np.arange(count, dtype=float)
     segments = np.stack([np.stack([x, 0 * x], 1), np.stack([x + 0.5, 0 * x], 1)], 1)
     sets = down_sets(Section.whole(Problem.build(segments), Objective()), 100)
-    assert sets.count.tolist() == [2] * count
+    assert sets.counts.tolist() == [2] * count
 
 
 def test_a_chain_has_one_down_set_more_than_toolpaths():
     y = np.arange(50, dtype=float)
     segments = np.stack([np.stack([0 * y, y], 1), np.stack([0 * y + 1, y], 1)], 1)
     sets = down_sets(Section.whole(Problem.build(segments), Objective()), 100)
-    assert sets.count.tolist() == [51]
+    assert sets.counts.tolist() == [51]
     assert all(b == a + 1 for a, b in pairwise(sets.step_to.tolist()))

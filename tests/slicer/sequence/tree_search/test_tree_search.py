@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slicer.sequence import Problem, solve
-from slicer.sequence.local_search.block_exchange import tour
+from slicer.sequence.local_search.block_exchange import new_tour
 from slicer.sequence.local_search.start import reach_local_optimum, start_search
 from slicer.sequence.problem.directions import directed
 from slicer.sequence.problem.method import Options
@@ -77,14 +77,14 @@ def test_search_keeps_the_sequence_printable_and_never_makes_it_worse(segments, 
         return
     order = random_extension(np.random.default_rng(seed), problem.n, problem.edges)
     oriented = directed(problem, order, goal)
-    work = tour(problem, goal, neighbours(problem, goal), oriented)
+    work = new_tour(problem, goal, neighbours(problem, goal), oriented)
     state = np.array([seed], np.uint64)
     for low in (1, max(1, problem.n // 2)):
         before = work.total
-        search_stretches(*work, state, low, problem.n + 1, 3, 8)
+        search_stretches(work, state, low, problem.n + 1, 3, 8)
         assert work.total <= before + 1e-9
         assert problem.refusal(work.oriented >> 1) is None
-        fresh = tour(problem, goal, neighbours(problem, goal), work.oriented)
+        fresh = new_tour(problem, goal, neighbours(problem, goal), work.oriented)
         assert np.array_equal(fresh.order, work.order)
         np.testing.assert_allclose(fresh.cost, work.cost, atol=1e-9)
 
@@ -109,8 +109,8 @@ def test_rollouts_are_ranked_by_the_objective(reference):
 
     def seconds(objective):
         _, work, state = start_search(problem, Options(), 2, along_levels=True)
-        work = tour(problem, objective, neighbours(problem, objective), work.oriented)
-        search_stretches(*work, state, work.fixed, problem.n + 1, 10, 50)
-        return direct_sum(problem.segments, SLOW_UPWARDS.parameters(), work.oriented)
+        work = new_tour(problem, objective, neighbours(problem, objective), work.oriented)
+        search_stretches(work, state, work.fixed, problem.n + 1, 10, 50)
+        return direct_sum(problem.segments, SLOW_UPWARDS.cost_model, work.oriented)
 
     assert seconds(SLOW_UPWARDS) < 0.95 * seconds(Objective())
