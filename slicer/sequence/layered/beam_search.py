@@ -8,13 +8,10 @@ corridor, window search takes its place.
 
 import numpy as np
 
-from slicer.sequence.bound import PairBound
 from slicer.sequence.construct import initial_incumbent
-from slicer.sequence.layered.layered_search import search_layers
-from slicer.sequence.layered.windows import window_search
+from slicer.sequence.layered.bounded_search import bound_around, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
 from slicer.sequence.problem import Found, Incumbent, Options, Problem
-from slicer.sequence.states import Section, widest_corridor
 
 ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
@@ -60,29 +57,18 @@ def beam(problem: Problem, options: Options) -> Found:
 
 def _search_corridor(problem: Problem, options: Options, incumbent: Incumbent, budget: WorkBudget) -> bool:
     """All passes over the states around the incumbent; whether those were all states there are."""
-    section = Section.whole(problem, options.objective)
-    corridor = widest_corridor(
-        section, incumbent.oriented >> 1, max(problem.n, 100) * ARCS_PER_TOOLPATH[options.effort]
-    )
-    if corridor is None:
-        incumbent.offer(window_search(problem, options, incumbent.oriented))
-        incumbent.report("windows", bounded=False)
+    opened = bound_around(problem, options, incumbent, ARCS_PER_TOOLPATH[options.effort])
+    if opened is None:
         return False
-    bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
+    bound, complete = opened
     for steps, successors in PASSES[options.effort]:
         affordable = min(successors, MOST_GENERATED // problem.n)
-        width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * section.columns))
-        raise_bound(bound, incumbent, budget, steps, options, complete=corridor.complete)
+        width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
+        raise_bound(bound, incumbent, budget, steps, options, complete=complete)
         if bound.bound >= incumbent.cost or options.out_of_time():
             break
-        bound.fix_states(incumbent.cost)
-        bound.use_best_multipliers()
-        found = search_layers(bound, incumbent.cost, width, options)
-        budget.add(found)
-        incumbent.offer(found.oriented)
-        if corridor.complete and found.finished:
-            incumbent.raise_bound(found.lower_bound)
-        incumbent.report("search", bounded=corridor.complete)
+        found = search_below(bound, incumbent, budget, width, options, complete=complete)
+        incumbent.report("search", bounded=complete)
         if found.lower_bound >= incumbent.cost or not found.finished:
             break
-    return corridor.complete
+    return complete

@@ -7,13 +7,10 @@ or nothing that was cut off could be better, then the incumbent is optimal. Ever
 
 import numpy as np
 
-from slicer.sequence.bound import PairBound
 from slicer.sequence.construct import initial_incumbent
-from slicer.sequence.layered.layered_search import search_layers
-from slicer.sequence.layered.windows import window_search
+from slicer.sequence.layered.bounded_search import bound_around, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
 from slicer.sequence.problem import Found, Incumbent, Options, Problem
-from slicer.sequence.states import Section, widest_corridor
 
 ARCS_PER_TOOLPATH = {"quick": 20_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
@@ -57,33 +54,24 @@ def exact(problem: Problem, options: Options) -> Found:
 
 def _rounds(problem: Problem, options: Options, incumbent: Incumbent, budget: WorkBudget) -> bool:
     """Alternate between bound and search until proof or until the effort is spent; whether bounds hold."""
-    section = Section.whole(problem, options.objective)
-    corridor = widest_corridor(
-        section, incumbent.oriented >> 1, max(problem.n, 100) * ARCS_PER_TOOLPATH[options.effort]
-    )
-    if corridor is None:
-        incumbent.offer(window_search(problem, options, incumbent.oriented))
-        incumbent.report("windows", bounded=False)
+    opened = bound_around(problem, options, incumbent, ARCS_PER_TOOLPATH[options.effort])
+    if opened is None:
         return False
-    bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
+    bound, complete = opened
     turn = 0
     while not incumbent.proved and budget.spent < budget.limit and not options.out_of_time():
         steps, width = ROUNDS[min(turn, len(ROUNDS) - 1)]
         width <<= max(0, turn - len(ROUNDS) + 1)
-        raise_bound(bound, incumbent, budget, steps, options, complete=corridor.complete)
+        raise_bound(bound, incumbent, budget, steps, options, complete=complete)
         if bound.bound >= incumbent.cost:
             break
-        bound.fix_states(incumbent.cost)
-        bound.use_best_multipliers()
         affordable = (budget.limit - budget.spent) // (BRANCHING * problem.n)
         width = int(max(50, min(width, affordable)))
-        found = search_layers(bound, incumbent.cost, width, options, most_nodes=MOST_NODES)
-        budget.add(found)
-        incumbent.offer(found.oriented)
-        if corridor.complete and found.finished:
-            incumbent.raise_bound(found.lower_bound)
-        elif found.finished and found.lower_bound >= incumbent.cost:
+        found = search_below(
+            bound, incumbent, budget, width, options, complete=complete, most_nodes=MOST_NODES
+        )
+        if not complete and found.finished and found.lower_bound >= incumbent.cost:
             break  # nothing better in this corridor
-        incumbent.report("search", bounded=corridor.complete)
+        incumbent.report("search", bounded=complete)
         turn += 1
-    return corridor.complete
+    return complete

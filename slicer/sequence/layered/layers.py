@@ -23,8 +23,8 @@ from slicer.sequence.layered.node_pool import (
     rebuild_table,
 )
 from slicer.sequence.layered.routed_travel import routed_cost
-from slicer.sequence.problem import CostModel, direct_cost
-from slicer.sequence.states import NONE, OUTSIDE, Blocks, Skylines, scrambled
+from slicer.sequence.problem import CostModel, direct_cost, scrambled
+from slicer.sequence.states import NONE, OUTSIDE, Blocks, Skylines
 
 
 class Sheet(NamedTuple):

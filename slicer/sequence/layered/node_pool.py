@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.states import NONE, scrambled
+from slicer.sequence.problem import scrambled
+from slicer.sequence.states import NONE
 
 FIRST_CAPACITY = 4096
 PARENT, LAST = 0, 1

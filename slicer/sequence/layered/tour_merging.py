@@ -13,8 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem import FORBIDDEN, CostModel, Objective, Problem, arc_cost, skyline_cost, start_of
-from slicer.sequence.states import scrambled
+from slicer.sequence.problem import (
+    FORBIDDEN,
+    CostModel,
+    Objective,
+    Problem,
+    arc_cost,
+    scrambled,
+    skyline_cost,
+    start_of,
+)
 from slicer.skyline import LEFT, lay, new_skyline
 
 

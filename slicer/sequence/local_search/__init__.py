@@ -10,7 +10,6 @@ from slicer.sequence.local_search.annealing import (
 from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, new_tour, refresh
 from slicer.sequence.local_search.descent import descend
 from slicer.sequence.local_search.perturbation import REACH
-from slicer.sequence.local_search.random_numbers import draw, random_state
 from slicer.sequence.local_search.refinement import refine
 from slicer.sequence.local_search.start import Start, reach_local_optimum, start_search
 
@@ -23,11 +22,9 @@ __all__ = [
     "anneal",
     "annealed",
     "descend",
-    "draw",
     "local",
     "new_tour",
     "perturbation_budget",
-    "random_state",
     "reach_local_optimum",
     "refine",
     "refresh",

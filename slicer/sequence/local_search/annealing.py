@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from slicer.sequence.construct import initial_incumbent, level_start
 from slicer.sequence.local_search.block_exchange import Tour, new_tour
 from slicer.sequence.local_search.perturbation import iterated_local_search
-from slicer.sequence.local_search.random_numbers import random_state
-from slicer.sequence.problem import Found, Incumbent, Neighbours, Options, Problem, neighbours
+from slicer.sequence.problem import Found, Incumbent, Neighbours, Options, Problem, neighbours, random_state
 
 PERTURBATIONS_PER_TOOLPATH = {"quick": 60, "default": 250, "high": 3_000}
 MOST_PERTURBATIONS = {"quick": 100_000, "default": 650_000, "high": 2_500_000}

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from slicer.kernels import bare_kernel, kernel
 from slicer.sequence.local_search.block_exchange import Tour, exchange
 from slicer.sequence.local_search.descent import descend, enqueue
-from slicer.sequence.local_search.random_numbers import draw
+from slicer.sequence.problem import draw
 
 REACH = 30
 """How many positions apart the blocks of a perturbation may start, and how long the second may be."""

@@ -14,12 +14,13 @@ from slicer.kernels import kernel
 from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange, new_tour
 from slicer.sequence.local_search.descent import best_move
 from slicer.sequence.local_search.perturbation import REACH, random_exchange
-from slicer.sequence.local_search.random_numbers import draw, random_state
 from slicer.sequence.problem import (
     FORBIDDEN,
     Options,
     Problem,
+    draw,
     neighbours,
+    random_state,
     skyline_cost,
     true_cost,
 )

@@ -9,8 +9,7 @@ from slicer.sequence.construct import initial_incumbent, level_start
 from slicer.sequence.local_search.block_exchange import Tour, new_tour
 from slicer.sequence.local_search.descent import descend
 from slicer.sequence.local_search.perturbation import REACH
-from slicer.sequence.local_search.random_numbers import random_state
-from slicer.sequence.problem import Incumbent, Options, Problem, neighbours
+from slicer.sequence.problem import Incumbent, Options, Problem, neighbours, random_state
 
 SLICE = 5_000
 """Toolpaths that descent takes up between two looks at the clock."""

@@ -7,6 +7,7 @@ from slicer.sequence.problem.method import EFFORTS, Found, Method, Options, Prog
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
 from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName
 from slicer.sequence.problem.problem import REACH_MM, Problem
+from slicer.sequence.problem.random_numbers import draw, random_state, scrambled
 from slicer.sequence.problem.result import Result
 from slicer.sequence.problem.sequence_cost import skyline_cost, true_cost
 from slicer.sequence.problem.travel_cost import (
@@ -38,9 +39,12 @@ __all__ = [
     "direct_cost",
     "direct_sum",
     "directed",
+    "draw",
     "leg_cost",
     "neighbours",
+    "random_state",
     "real_number",
+    "scrambled",
     "skyline_cost",
     "start_of",
     "true_cost",

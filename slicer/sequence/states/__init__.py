@@ -4,7 +4,7 @@ from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
 from slicer.sequence.states.corridor import extent, widest_corridor
-from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets, scrambled
+from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
 from slicer.sequence.states.section import NONE, Section, extents
 
@@ -22,7 +22,6 @@ __all__ = [
     "down_sets",
     "extent",
     "extents",
-    "scrambled",
     "sets_of_states",
     "skylines",
     "widest_corridor",

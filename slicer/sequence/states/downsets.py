@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
+from slicer.sequence.problem import scrambled
 from slicer.sequence.states.section import NONE, Section
 
 UNLIMITED = int(np.iinfo(np.int32).max)
@@ -269,15 +270,6 @@ def _adds(member: NDArray[np.bool_], to: int, base: int, path: int) -> bool:
     for t in range(member.shape[1]):
         differs |= member[to, t] != member[base, t] and t != path
     return not differs
-
-
-@bare_kernel
-def scrambled(number: int) -> np.uint64:
-    """A well mixed 64-bit number (Steele et al., "Fast splittable pseudorandom number generators", 2014)."""
-    z = np.uint64(number) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
 
 
 def _tops(

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.local_search import Tour, draw, reach_local_optimum, refresh, start_search
-from slicer.sequence.problem import Found, Options, Problem, arc_cost
+from slicer.sequence.local_search import Tour, reach_local_optimum, refresh, start_search
+from slicer.sequence.problem import Found, Options, Problem, arc_cost, draw
 
 ANTS = {"quick": 50, "default": 500, "high": 5_000}
 MOST_STEPS = {"quick": 2_000_000, "default": 8_000_000, "high": 60_000_000}

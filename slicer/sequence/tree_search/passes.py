@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.local_search import Tour, new_tour, random_state
-from slicer.sequence.problem import Incumbent, Neighbours, Options, Problem
+from slicer.sequence.local_search import Tour, new_tour
+from slicer.sequence.problem import Incumbent, Neighbours, Options, Problem, random_state
 from slicer.sequence.tree_search.rollouts import STRETCH_LENGTH, search_stretches
 
 STRIDE = 10

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.local_search import LEAST_GAIN, REACH, Tour, descend, draw, refresh
-from slicer.sequence.problem import FORBIDDEN, arc_cost
+from slicer.sequence.local_search import LEAST_GAIN, REACH, Tour, descend, refresh
+from slicer.sequence.problem import FORBIDDEN, arc_cost, draw
 from slicer.sequence.tree_search.tree import (
     ENTRY,
     NONE,
