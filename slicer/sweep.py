@@ -83,16 +83,16 @@ def _remove(
 def _insert(
     lines: NDArray[np.float64],
     c: int,
-    upright: bool,
     uprights: NDArray[np.bool_],
-    left: NDArray[np.int32],
-    right: NDArray[np.int32],
+    children: tuple[NDArray[np.int32], NDArray[np.int32]],
     parent: NDArray[np.int32],
     weight: NDArray[np.uint32],
     below: NDArray[np.int32],
     above: NDArray[np.int32],
 ) -> None:
     """Put ``c`` in its place. Heights are compared in the middle of the common x-range, as defined."""
+    left, right = children
+    upright = uprights[c]
     root = len(lines)  # the node below everything is the root: all else hangs to its right
     p, go_left = root, False
     s = right[root]
@@ -198,7 +198,7 @@ def sweep(
             c = by_first[i]
             i += 1
             if uprights[c]:
-                _insert(lines, c, True, uprights, left, right, parent, weight, below, above)
+                _insert(lines, c, uprights, (left, right), parent, weight, below, above)
         # Chains of uprights between what passes on either side: each pair of neighbours is a cover, and
         # says what the pair around the chain says.
         for k in range(begin, i):
@@ -226,7 +226,7 @@ def sweep(
             c = by_first[k]
             if uprights[c]:
                 continue
-            _insert(lines, c, False, uprights, left, right, parent, weight, below, above)
+            _insert(lines, c, uprights, (left, right), parent, weight, below, above)
             low = below[c]
             # A gap that stood before is now spanned by the longer way through c, so its pair is implied.
             gap[low] = gap[c] = FRESH

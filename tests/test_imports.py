@@ -1,6 +1,7 @@
-"""The import arrows between the packages, read from the sources; any other arrow fails."""
+"""The import arrows between the packages, and inside the sequencer; any other arrow fails."""
 
 import ast
+import importlib
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,18 @@ ARROWS = {
     "printer": set(),
     "profiles": set(),
 }
+SEQUENCE = ROOT / "slicer" / "sequence"
+INNER = {
+    "problem": set(),
+    "construct": {"problem"},
+    "local_search": {"construct", "problem"},
+    "tree_search": {"local_search", "construct", "problem"},
+    "states": {"problem"},
+    "bound": {"states", "problem"},
+    "layered": {"bound", "states", "construct", "problem"},
+    "portfolio": {"layered", "bound", "states", "tree_search", "local_search", "construct", "problem"},
+}
+"""What each folder of the sequencer may import from; ``solve`` may from all of them."""
 
 
 def imported_packages(source: str) -> set[str]:
@@ -40,3 +53,73 @@ def test_the_reader_sees_imports_inside_functions():
         "printer",
         "gcode",
     }
+
+
+def wrong_inner_imports(source: str, folder: str | None) -> list[str]:
+    """What a module of a folder of the sequencer (None: outside all of them) must not import.
+
+    Its own folder's modules are its own affair. Of another folder it may know what ``__init__`` names.
+    """
+    wrong = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            wrong += [alias.name for alias in node.names if alias.name.startswith("slicer.sequence.")]
+        elif isinstance(node, ast.ImportFrom):
+            name = node.module or ""
+            if node.level:
+                wrong.append("." * node.level + name)
+            elif name == "slicer.sequence" and folder is not None:
+                wrong.append(name)
+            elif name.startswith("slicer.sequence."):
+                other, *module = name.split(".")[2:]
+                if other == folder or other == "solve":
+                    continue
+                named = set(importlib.import_module(f"slicer.sequence.{other}").__all__)
+                allowed = INNER[folder] if folder else set(INNER)
+                if module or other not in allowed or not {alias.name for alias in node.names} <= named:
+                    wrong.append(name)
+    return wrong
+
+
+def test_the_sequencer_has_the_folders_of_the_plan_and_nothing_else():
+    assert {path.parent.name for path in SEQUENCE.glob("*/__init__.py")} == set(INNER)
+    assert {path.name for path in SEQUENCE.glob("*.py")} == {"__init__.py", "solve.py"}
+
+
+@pytest.mark.parametrize("folder", INNER)
+def test_a_folder_of_the_sequencer_imports_only_what_its_arrows_allow(folder):
+    modules = sorted((SEQUENCE / folder).glob("*.py"))
+    assert len(modules) > 1
+    for module in modules:
+        wrong = wrong_inner_imports(module.read_text(), folder)
+        assert not wrong, f"{module.relative_to(ROOT)} imports from {wrong}"
+    assert ast.get_docstring(ast.parse((SEQUENCE / folder / "__init__.py").read_text()))
+
+
+def test_nobody_else_imports_from_inside_a_folder_of_the_sequencer():
+    outside = [*SEQUENCE.glob("*.py"), *(ROOT / "slicer").glob("*.py"), *(ROOT / "benchmarks").glob("*.py")]
+    for package in ARROWS:
+        if package != "slicer":
+            outside += (ROOT / package).rglob("*.py")
+    for module in outside:
+        wrong = wrong_inner_imports(module.read_text(), None)
+        assert not wrong, f"{module.relative_to(ROOT)} imports from {wrong}"
+
+
+@pytest.mark.parametrize(
+    ("folder", "source"),
+    [
+        ("problem", "from slicer.sequence.construct import hill_climbs"),
+        ("states", "def f():\n    from slicer.sequence.bound import PairBound"),
+        ("bound", "from slicer.sequence.layered import window_search"),
+        ("layered", "from slicer.sequence.local_search import refine"),
+        ("layered", "from slicer.sequence import solve"),
+        ("layered", "from slicer.sequence.states.blocks import cover"),
+        ("layered", "from slicer.sequence.states import fill_states"),
+        ("layered", "import slicer.sequence.states.blocks"),
+        ("layered", "from . import windows"),
+        (None, "from slicer.sequence.states.blocks import cover"),
+    ],
+)
+def test_a_wrong_arrow_inside_the_sequencer_is_seen(folder, source):
+    assert wrong_inner_imports(source, folder)

@@ -5,7 +5,7 @@ from typing import cast, get_args
 import numpy as np
 
 from profiles import Profile
-from slicer.sequence.cost import Objective, ObjectiveName
+from slicer.sequence.problem import Objective, ObjectiveName
 
 
 def objective_name(text: str) -> ObjectiveName:

@@ -18,7 +18,7 @@ from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
 from slicer.sequence import Problem, Result
-from slicer.sequence.method import Progress
+from slicer.sequence.problem import Progress
 from slicer.travel import Plan
 from vslice import __version__
 from vslice.objective import objective_name, objective_of

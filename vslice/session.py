@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import click
 
 if TYPE_CHECKING:  # it imports all that is heavy
-    from slicer.sequence.method import Progress as Found
+    from slicer.sequence.problem import Progress as Found
 
 P = ParamSpec("P")
 R = TypeVar("R")

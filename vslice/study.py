@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
-from slicer.sequence.cost import ObjectiveName
-from slicer.sequence.method import Progress
-from slicer.sequence.true_cost import true_cost
+from slicer.sequence.problem import ObjectiveName, Progress, true_cost
 from vslice.objective import objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
 from vslice.session import Steps, so_far

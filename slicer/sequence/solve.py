@@ -8,23 +8,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SequenceError
-from slicer.sequence.aco import aco
-from slicer.sequence.auto import CARRY_UP_TO, POLISH_UP_TO, auto
-from slicer.sequence.beam import beam
-from slicer.sequence.checks import real_number, whole_number
-from slicer.sequence.cost import Objective, ObjectiveName
-from slicer.sequence.directions import directed
-from slicer.sequence.exact import exact
-from slicer.sequence.goal import search_by_stand_ins
-from slicer.sequence.greedy import climbed, greedy
-from slicer.sequence.local import local
-from slicer.sequence.mcts import mcts
-from slicer.sequence.method import EFFORTS, Found, Method, Options, Progress
-from slicer.sequence.multistart import multistart
-from slicer.sequence.problem import Problem
-from slicer.sequence.result import Result
-from slicer.sequence.true_cost import true_cost
-from slicer.sequence.workers import run_workers
+from slicer.sequence.construct import first_hill_climb, greedy, multistart
+from slicer.sequence.layered import beam, exact
+from slicer.sequence.local_search import local
+from slicer.sequence.portfolio import CARRY_UP_TO, WINDOWS_UP_TO, auto, run_workers, search_by_surrogates
+from slicer.sequence.problem import (
+    EFFORTS,
+    Found,
+    Method,
+    Objective,
+    ObjectiveName,
+    Options,
+    Problem,
+    Progress,
+    Result,
+    directed,
+    real_number,
+    true_cost,
+    whole_number,
+)
+from slicer.sequence.tree_search import aco, mcts
 
 METHODS: dict[str, Method] = {
     "auto": auto,
@@ -138,19 +141,19 @@ def _search(problem: Problem, method: str, options: Options) -> Found:
     try:
         if options.objective.routed and problem.n > 1:
             carrying = _carrying_skyline(method, problem.n, options.effort)
-            found = search_by_stand_ins(
+            found = search_by_surrogates(
                 problem,
                 METHODS[method],
                 None if carrying is None else METHODS[carrying],
                 options,
                 refined=method not in ("greedy", "multistart"),
-                windows=method == "auto" and carrying is None and problem.n <= POLISH_UP_TO,
+                windows=method == "auto" and carrying is None and problem.n <= WINDOWS_UP_TO,
             )
         else:
             found = METHODS[method](problem, options)
     except KeyboardInterrupt:
         start = options.initial
-        found = Found(climbed(problem, options) if start is None else start, stopped=True)
+        found = Found(first_hill_climb(problem, options) if start is None else start, stopped=True)
     found = _at_least_initial(problem, found, options)
     if options.progress is not None:
         bound = None if options.objective.routed else found.lower_bound_mm

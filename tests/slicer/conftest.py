@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slicer import grid
 from slicer.hatch import hatch
 from slicer.sequence import Problem
-from slicer.sequence.cost import Objective
+from slicer.sequence.problem.objective import Objective
 
 Sheet = Callable[..., NDArray[np.float64]]
 Optimum = Callable[..., float]

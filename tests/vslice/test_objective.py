@@ -5,8 +5,8 @@ import pytest
 
 import profiles
 from slicer.sequence import Problem
-from slicer.sequence.cost import direct_cost
-from slicer.sequence.true_cost import true_cost
+from slicer.sequence.problem.sequence_cost import true_cost
+from slicer.sequence.problem.travel_cost import direct_cost
 from vslice.objective import objective_name, objective_of
 
 # travel speed, x, y of the sheet; the same of accelerations; fixed time, and from which length on
@@ -57,7 +57,7 @@ def test_no_shipped_profile_is_left_out():
 def test_a_travel_takes_as_long_as_worked_out_by_hand(name, dx, dy):
     objective = objective_of(profiles.load(name), "time")
     expected = TRAVELS[name, dx, dy]
-    assert direct_cost(objective.parameters(), dx, dy) == pytest.approx(expected)
+    assert direct_cost(objective.cost_model, dx, dy) == pytest.approx(expected)
     # The same as a travel between two uprights that nothing stands between.
     ends = np.array([[[0.0, 49.0], [0.0, 50.0]], [[dx, 50.0 + dy], [dx, 51.0 + dy]]])
     if dx:

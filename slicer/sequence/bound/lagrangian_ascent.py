@@ -1,0 +1,99 @@
+"""The ascent of the bound: a subgradient tells the multipliers wherever the walks of neighbours disagree."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import kernel
+from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
+from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
+from slicer.sequence.bound.pair_subgradient import add_subgradient
+from slicer.sequence.states import Blocks
+
+FIRST_STEP = 0.3
+SHRINK = 0.7
+PATIENCE = 15
+MOMENTUM = 0.9
+GAIN = 2e-3
+"""A gain below this part of the remaining gap does not count against ``PATIENCE``."""
+
+
+class Ascent(NamedTuple):
+    """Where an ascent is.
+
+    Attributes:
+        multipliers, best: float64, where it is, and where the bound was best so far.
+        direction: float64, the moving average of subgradients.
+        memory: float64 (3,), θ, the steps without gain, and the best bound.
+    """
+
+    multipliers: NDArray[np.float64]
+    best: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    memory: NDArray[np.float64]
+
+
+@kernel
+def ascend(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    ascent: Ascent,
+    paid: tuple[NDArray[np.float64], NDArray[np.float64]],
+    value: NDArray[np.float64],
+    target: float,
+    iterations: int,
+) -> bool:
+    """Raise the bound by subgradient steps with momentum; whether it reached ``target`` or a standstill.
+
+    The step is Polyak's, θ·(target − bound)/‖direction‖², along a moving average of subgradients; θ shrinks
+    after ``PATIENCE`` steps without a gain worth the name, and the ascent goes back to the best point.
+
+    Args:
+        ascent: where it is, carried between calls.
+        paid: room for ``arc`` and ``ways``, which ``apply_multipliers`` writes.
+        value: room for what ``evaluate`` writes.
+        target: a cost that some sequence has.
+    """
+    multipliers, best, direction, memory = ascent
+    arc, ways = paid
+    subgradient = np.empty(len(multipliers))
+    for _ in range(iterations):
+        apply_multipliers(blocks, block_costs, multipliers, arc, ways)
+        evaluate(blocks, block_costs, ends, arc, ways, value)
+        by_start = roots(blocks, ends, value)
+        start = 0
+        for t in range(len(by_start)):
+            if by_start[t] < by_start[start]:
+                start = t
+        bound = by_start[start]
+        if bound > memory[2]:
+            if bound > memory[2] + GAIN * (target - memory[2]):
+                memory[1] = 0.0
+            memory[2] = bound
+            for t in range(len(best)):
+                best[t] = multipliers[t]
+        else:
+            memory[1] += 1.0
+            if memory[1] > PATIENCE:
+                memory[0] *= SHRINK
+                memory[1] = 0.0
+                for t in range(len(best)):
+                    multipliers[t], direction[t] = best[t], 0.0
+                continue
+        if memory[2] >= target or block_costs.size == 0:
+            return True
+        for t in range(len(subgradient)):
+            subgradient[t] = 0.0
+        add_subgradient(blocks, block_costs, ends, arc, ways, value, start, subgradient)
+        norm = 0.0
+        for t in range(len(subgradient)):
+            direction[t] = MOMENTUM * direction[t] + (1.0 - MOMENTUM) * subgradient[t]
+            norm += direction[t] * direction[t]
+        if norm < 1e-12:
+            return True
+        step = memory[0] * (1.0 - MOMENTUM) * (target - bound) / norm
+        for t in range(len(subgradient)):
+            multipliers[t] += step * direction[t]
+    return False

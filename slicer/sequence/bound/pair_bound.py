@@ -1,0 +1,164 @@
+"""The column-pair bound: a lower bound on the cost of every sequence, and an estimate that guides a search.
+
+See ``states.blocks`` for the states, ``pair_costs`` for who pays what, ``pair_dp`` for what the blocks then
+cost, and ``lagrangian_ascent`` for how the multipliers are found.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, Ascent, ascend
+from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
+from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
+from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
+from slicer.sequence.states import NONE, Blocks, DownSets, Section, Skylines, connect, skylines
+
+RELATIVE_EPS = 1e-9
+
+
+@dataclass(eq=False)
+class PairBound:
+    """The bound on one section, as far as its multipliers have been improved.
+
+    Attributes:
+        section, sets, blocks, block_costs, ends: what is bounded.
+        multipliers: float64, where the ascent is.
+        sky: the skylines that a search needs; the bound itself is on direct travels, which cost less.
+        best: float64, the multipliers of the best bound so far.
+        direction: float64, the ascent's moving average of subgradients.
+        memory: float64 (3,), see ``ascend``.
+        arc, ways: float64, what the blocks pay, as in ``BlockCosts``.
+        value: float64, the least cost to the end of the block from each value of ``blocks``.
+    """
+
+    section: Section
+    sets: DownSets
+    blocks: Blocks
+    block_costs: BlockCosts
+    ends: Ends
+    multipliers: NDArray[np.float64]
+    sky: Skylines
+    best: NDArray[np.float64] = field(init=False)
+    direction: NDArray[np.float64] = field(init=False)
+    memory: NDArray[np.float64] = field(init=False)
+    arc: NDArray[np.float64] = field(init=False)
+    ways: NDArray[np.float64] = field(init=False)
+    value: NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.best = self.multipliers.copy()
+        self.direction = np.zeros_like(self.multipliers)
+        self.memory = np.array([FIRST_STEP, 0.0, -np.inf])
+        self.arc = np.empty_like(self.block_costs.direct)
+        self.ways = np.empty_like(self.block_costs.ways)
+        self.value = np.empty(self.blocks.value_start[-1])
+
+    @classmethod
+    def over(
+        cls,
+        section: Section,
+        sets: DownSets,
+        bounds: NDArray[np.int32],
+        allowed: list[NDArray[np.bool_]] | None = None,
+    ) -> "PairBound":
+        """Set up the bound over blocks of columns, with the multipliers it begins with.
+
+        Args:
+            section: what is ordered.
+            sets: its down-sets.
+            bounds: the blocks, see ``blocks.cover``.
+            allowed: the states that count, see ``blocks.connect``; None for all.
+        """
+        blocks = connect(section, sets, bounds, allowed)
+        costs, multipliers = block_costs(section, blocks)
+        return cls(
+            section, sets, blocks, costs, _ends(section, sets, blocks), multipliers, skylines(section, sets)
+        )
+
+    @property
+    def bound(self) -> float:
+        """No sequence of the section's down-sets costs less; minus infinity before the first step."""
+        return float(self.memory[2])
+
+    def improve(self, target: float, iterations: int) -> bool:
+        """Raise the bound towards ``target``, a cost that some sequence has; True when it cannot rise."""
+        return ascend(
+            self.blocks,
+            self.block_costs,
+            self.ends,
+            Ascent(self.multipliers, self.best, self.direction, self.memory),
+            (self.arc, self.ways),
+            self.value,
+            target,
+            iterations,
+        )
+
+    def use_best_multipliers(self) -> None:
+        """Fill ``arc``, ``ways`` and ``value`` from the best multipliers; the ascent may go on from there."""
+        self.multipliers[:] = self.best
+        apply_multipliers(self.blocks, self.block_costs, self.best, self.arc, self.ways)
+        evaluate(self.blocks, self.block_costs, self.ends, self.arc, self.ways, self.value)
+        self.memory[2] = roots(self.blocks, self.ends, self.value).min()
+
+    def fix_states(self, cut: float) -> None:
+        """Leave out the states that no sequence below ``cut`` passes through.
+
+        ``use_best_multipliers`` comes before. From then on the bound holds for the sequences below ``cut``
+        alone.
+        """
+        by_start = roots(self.blocks, self.ends, self.value)
+        least = bound_through_states(
+            self.blocks, self.block_costs, self.ends, self.arc, self.ways, self.value, by_start
+        )
+        # However close the cut is, the walks that give the bound itself must survive rounding.
+        keep = least <= max(cut, self.bound + RELATIVE_EPS * abs(self.bound))
+        keep[self.blocks.state_start[:-1]] = True
+        allowed = []
+        for k in range(self.blocks.blocks):
+            mask = np.zeros(self.blocks.shape(k, self.sets), np.bool_)
+            states = slice(self.blocks.state_start[k], self.blocks.state_start[k + 1])
+            mask.flat[self.blocks.dense[states][keep[states]]] = True
+            allowed.append(mask)
+        self.blocks = connect(self.section, self.sets, self.blocks.bounds, allowed)
+        self.ends = _ends(self.section, self.sets, self.blocks)
+        self.value = np.empty(self.blocks.value_start[-1])
+
+
+def _ends(section: Section, sets: DownSets, blocks: Blocks) -> Ends:
+    """Find the values of all starts, and the last toolpath in the numbers of its blocks."""
+    starts, values = [], []
+    for u in section.starts:
+        home = blocks.home[section.column[u >> 1]]
+        at = [_first_step(section, sets, blocks, int(k), int(u) >> 1) for k in home]
+        if NONE not in at:
+            starts.append(u)
+            values.append([blocks.move_value[e] + (u & 1) for e in at])
+    last_home = np.full(2, NONE, np.int32)
+    last_local = np.full(2, NONE, np.int32)
+    if section.last != NONE:
+        s = section.last >> 1
+        last_home[:] = blocks.home[section.column[s]]
+        for end in range(2):
+            last_local[end] = 2 * _local(section, sets, blocks, int(last_home[end]), s) + (section.last & 1)
+    return Ends(
+        np.array(starts, np.int32),
+        np.array(values, np.int32),
+        blocks.home[section.column[np.array(starts, np.int32) >> 1]],
+        last_home,
+        last_local,
+    )
+
+
+def _first_step(section: Section, sets: DownSets, blocks: Blocks, k: int, s: int) -> int:
+    """The step of block k from nothing to toolpath s, or ``NONE``."""
+    empty = blocks.state_start[k]
+    begin, end = blocks.move_start[empty], blocks.move_start[empty + 1]
+    at = np.flatnonzero(blocks.move_path[begin:end] == _local(section, sets, blocks, k, s))
+    return int(begin + at[0]) if len(at) else NONE
+
+
+def _local(section: Section, sets: DownSets, blocks: Blocks, k: int, s: int) -> int:
+    """The number of toolpath s in block k."""
+    return int(sets.local[s] + sets.size[blocks.bounds[k] : section.column[s]].sum())

@@ -1,0 +1,129 @@
+"""What the cheapest walk through each block of columns costs, from every state on.
+
+An exact dynamic programme over the states of every block, backwards: the value of a state and a place of the
+nozzle is what printing the rest of the block costs at least.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel, kernel
+from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
+from slicer.sequence.states import NONE, OUTSIDE, Blocks
+
+
+class Ends(NamedTuple):
+    """Where the walks of all blocks begin and end.
+
+    Attributes:
+        starts: int32 (k,), the oriented toolpaths to begin with, as far as the blocks have them.
+        start_value: int32 (k, 2), for each of them, its value in the first and the last
+            block that has its column.
+        start_home: int32 (k, 2), those blocks.
+        last_home: int32 (2,), the first and last block of the last toolpath; (NONE, NONE) for a free end.
+        last_local: int32 (2,), the last oriented toolpath in the numbers of those blocks.
+    """
+
+    starts: NDArray[np.int32]
+    start_value: NDArray[np.int32]
+    start_home: NDArray[np.int32]
+    last_home: NDArray[np.int32]
+    last_local: NDArray[np.int32]
+
+
+@kernel
+def evaluate(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    arc: NDArray[np.float64],
+    ways: NDArray[np.float64],
+    value: NDArray[np.float64],
+) -> None:
+    """Fill ``value``, numbered as ``Blocks`` does: the least cost from there to the end of the block."""
+    most = 0
+    for s in range(len(blocks.dense)):
+        most = max(most, 2 * (blocks.move_start[s + 1] - blocks.move_start[s]))
+    onward = np.empty(most, np.int64)
+    rest = np.empty(most)
+    for k in range(len(blocks.state_start) - 1):
+        low = 2 * blocks.path_start[k]
+        stride = 2 * blocks.path_start[k + 1] - low
+        final = blocks.state_start[k + 1] - 1
+        _finish(blocks, block_costs, ends, ways, value, k)
+        for s in range(final - 1, blocks.state_start[k] - 1, -1):
+            count = 0
+            from_left = from_right = np.inf
+            for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+                for f in range(2):
+                    v = 2 * blocks.move_path[m] + f
+                    w = value[blocks.move_value[m] + f]
+                    onward[count], rest[count] = v, w
+                    count += 1
+                    from_left = min(from_left, ways[ENTER_LEFT, low + v] + w)
+                    from_right = min(from_right, ways[ENTER_RIGHT, low + v] + w)
+            at = blocks.value_start[s]
+            value[at] = min(from_left, from_right + block_costs.cross[k])
+            value[at + 1] = min(from_right, from_left + block_costs.cross[k])
+            for x in range(at + OUTSIDE, blocks.value_start[s + 1]):
+                u = blocks.value_path[x]
+                best = min(value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u])
+                row = block_costs.arc_start[k] + u * stride
+                for t in range(count):
+                    best = min(best, arc[row + onward[t]] + rest[t])
+                value[x] = best
+
+
+@bare_kernel
+def _finish(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    ways: NDArray[np.float64],
+    value: NDArray[np.float64],
+    k: int,
+) -> None:
+    """The values where all of block k is printed: what leaving it for the end of the sequence costs.
+
+    Where the end is free, the sequence may end here or go on outside; a price for that may be negative.
+    """
+    final = blocks.state_start[k + 1] - 1
+    at, low = blocks.value_start[final], 2 * blocks.path_start[k]
+    value[at] = value[at + 1] = 0.0
+    stays, left, right = 0.0, True, True
+    if ends.last_home[0] != NONE:
+        left, right = ends.last_home[1] < k, ends.last_home[0] > k
+        stays = np.inf
+        value[at] = 0.0 if left else block_costs.cross[k] if right else np.inf
+        value[at + 1] = 0.0 if right else block_costs.cross[k] if left else np.inf
+    for x in range(at + OUTSIDE, blocks.value_start[final + 1]):
+        u = blocks.value_path[x]
+        value[x] = stays
+        if not left and not right:
+            own = ends.last_local[0] if ends.last_home[0] == k else ends.last_local[1]
+            value[x] = 0.0 if u == own else np.inf
+        if left:
+            value[x] = min(value[x], ways[LEAVE_LEFT, low + u])
+        if right:
+            value[x] = min(value[x], ways[LEAVE_RIGHT, low + u])
+
+
+@kernel
+def roots(blocks: Blocks, ends: Ends, value: NDArray[np.float64]) -> NDArray[np.float64]:
+    """float64 (k,), the lower bound on all sequences that begin with each of the possible starts."""
+    count = len(blocks.state_start) - 1
+    left = np.zeros(count + 1)  # blocks before k, which the start is right of
+    right = np.zeros(count + 1)  # blocks from k on, which the start is left of
+    for k in range(count):
+        left[k + 1] = left[k] + value[blocks.value_start[blocks.state_start[k]] + 1]
+    for k in range(count - 1, -1, -1):
+        right[k] = right[k + 1] + value[blocks.value_start[blocks.state_start[k]]]
+    out = np.empty(len(ends.start_value))
+    for t in range(len(out)):
+        low, high = ends.start_home[t]
+        out[t] = left[low] + right[high + 1] + value[ends.start_value[t, 0]]
+        if high > low:
+            out[t] += value[ends.start_value[t, 1]]
+    return out

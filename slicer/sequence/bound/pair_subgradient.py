@@ -1,0 +1,135 @@
+"""Which travels and prices the cheapest walks use: how the bound grows with each multiplier."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel
+from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
+from slicer.sequence.bound.pair_dp import Ends
+from slicer.sequence.states import NONE, Blocks
+
+
+@bare_kernel
+def add_subgradient(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    arc: NDArray[np.float64],
+    ways: NDArray[np.float64],
+    value: NDArray[np.float64],
+    start: int,
+    subgradient: NDArray[np.float64],
+) -> None:
+    """Walk the cheapest walk of every block from a start; add to ``subgradient`` how the bound grows with the
+    multipliers."""
+    for k in range(len(blocks.state_start) - 1):
+        low = 2 * blocks.path_start[k]
+        final = blocks.state_start[k + 1] - 1
+        s, x = blocks.state_start[k], blocks.value_start[blocks.state_start[k]]
+        if ends.start_home[start, 0] > k:
+            x += 1
+        elif ends.start_home[start, 1] >= k:
+            x = ends.start_value[start, 0 if ends.start_home[start, 0] == k else 1]
+            for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+                if blocks.move_value[m] <= x <= blocks.move_value[m] + 1:
+                    s = blocks.move_to[m]
+                    break
+        while s < final:
+            u, at = blocks.value_path[x], blocks.value_start[s]
+            if u != NONE:
+                # Going outside and coming back is two steps of the walk, at the same state.
+                for side in range(2):
+                    if value[x] == value[at + side] + ways[LEAVE_LEFT + side, low + u]:
+                        _pay_way(block_costs, LEAVE_LEFT + side, low + u, subgradient)
+                        x, u = at + side, NONE
+                        break
+            m, f, way = _next(blocks, block_costs, arc, ways, value, k, s, x)
+            v = 2 * blocks.move_path[m] + f
+            if u == NONE:
+                _pay_way(block_costs, way, low + v, subgradient)
+            else:
+                _pay_arc(blocks, block_costs, k, u, v, subgradient)
+            s, x = blocks.move_to[m], blocks.move_value[m] + f
+        u = blocks.value_path[x]
+        if u != NONE:
+            for side in range(2):
+                if ways[LEAVE_LEFT + side, low + u] == value[x]:
+                    _pay_way(block_costs, LEAVE_LEFT + side, low + u, subgradient)
+                    break
+
+
+@bare_kernel
+def _next(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    arc: NDArray[np.float64],
+    ways: NDArray[np.float64],
+    value: NDArray[np.float64],
+    k: int,
+    s: int,
+    x: int,
+) -> tuple[int, int, int]:
+    """The cheapest step from value x of state s: its number, direction, and the way in if from outside."""
+    low = 2 * blocks.path_start[k]
+    stride = 2 * blocks.path_start[k + 1] - low
+    u, side = blocks.value_path[x], x - blocks.value_start[s]
+    best, move, flip, entry = np.inf, blocks.move_start[s], 0, ENTER_LEFT
+    for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+        for f in range(2):
+            v, w = 2 * blocks.move_path[m] + f, value[blocks.move_value[m] + f]
+            if u != NONE:
+                cost = arc[block_costs.arc_start[k] + u * stride + v] + w
+                if cost < best:
+                    best, move, flip = cost, m, f
+                continue
+            for way in (ENTER_LEFT, ENTER_RIGHT):
+                cost = ways[way, low + v] + w
+                if way - ENTER_LEFT != side:
+                    cost += block_costs.cross[k]
+                if cost < best:
+                    best, move, flip, entry = cost, m, f, way
+    return move, flip, entry
+
+
+@bare_kernel
+def _pay_way(block_costs: BlockCosts, way: int, at: int, subgradient: NDArray[np.float64]) -> None:
+    if block_costs.price_at[way, at] >= 0:
+        subgradient[block_costs.price_at[way, at]] += block_costs.price_sign[way, at]
+
+
+@bare_kernel
+def _pay_arc(
+    blocks: Blocks, block_costs: BlockCosts, k: int, u: int, v: int, subgradient: NDArray[np.float64]
+) -> None:
+    """Note a travel inside block k from u to v, both in its own numbers."""
+    low = blocks.path_start[k]
+    prices = block_costs.pair_start[-1]
+    stride = (len(subgradient) - prices) // 4
+    right = blocks.bounds[k + 1]
+    u_column, u_local = _column_of(blocks, k, u)
+    v_column, v_local = _column_of(blocks, k, v)
+    pairs = block_costs.pair_start[u_column]
+    u_seam = block_costs.pair_start[u_column + 1] > pairs
+    v_seam = block_costs.pair_start[v_column + 1] > block_costs.pair_start[v_column]
+    if u_column == v_column:
+        if u_seam:
+            at = pairs + u_local * 2 * blocks.column_size[u_column] + v_local
+            subgradient[at] += 1.0 if u_column == right else -1.0
+        return
+    rightward = v_column > u_column
+    if u_seam:
+        way = LEAVE_RIGHT if rightward else LEAVE_LEFT
+        subgradient[prices + way * stride + 2 * blocks.path[low + (u >> 1)] + (u & 1)] -= 1.0
+    if v_seam:
+        way = ENTER_LEFT if rightward else ENTER_RIGHT
+        subgradient[prices + way * stride + 2 * blocks.path[low + (v >> 1)] + (v & 1)] -= 1.0
+
+
+@bare_kernel
+def _column_of(blocks: Blocks, k: int, u: int) -> tuple[int, int]:
+    """The column of a block's oriented toolpath u, and u's number in that column."""
+    c = blocks.bounds[k]
+    while u >= 2 * blocks.column_size[c]:
+        u -= 2 * blocks.column_size[c]
+        c += 1
+    return c, u

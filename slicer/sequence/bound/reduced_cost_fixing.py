@@ -1,0 +1,69 @@
+"""Strike out the states that no sequence below a known cost can pass through.
+
+The least cost of a block's walk through a state, plus the roots of all other blocks, is a lower bound on
+every sequence through that state. Tested against the cost of a known sequence this removes most states, so
+that the ascent and the search go on with a fraction of them (reduced-cost fixing; for states of a dynamic
+programme: Ibaraki, "Successive sublimation methods for dynamic programming computation", Annals of
+Operations Research 11, 1987).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import kernel
+from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
+from slicer.sequence.bound.pair_dp import Ends
+from slicer.sequence.states import OUTSIDE, Blocks
+
+
+@kernel
+def bound_through_states(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    arc: NDArray[np.float64],
+    ways: NDArray[np.float64],
+    value: NDArray[np.float64],
+    by_start: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """float64 (s,), for each state a lower bound on all sequences that pass through it.
+
+    Args:
+        value: what ``evaluate`` has filled in.
+        by_start: what ``roots`` gives for it.
+    """
+    reached = np.empty(len(value))
+    for x in range(len(value)):
+        reached[x] = np.inf
+    out = np.empty(len(blocks.dense))
+    for k in range(len(blocks.state_start) - 1):
+        low = 2 * blocks.path_start[k]
+        stride = 2 * blocks.path_start[k + 1] - low
+        for t in range(len(by_start)):
+            at = blocks.value_start[blocks.state_start[k]]  # the start lies left of the block
+            if ends.start_home[t, 0] > k:
+                at += 1
+            elif ends.start_home[t, 1] >= k:
+                at = ends.start_value[t, 0 if ends.start_home[t, 0] == k else 1]
+            reached[at] = min(reached[at], by_start[t] - value[at])
+        for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
+            at, end = blocks.value_start[s], blocks.value_start[s + 1]
+            out[s] = np.inf
+            for x in range(at + OUTSIDE, end):
+                u = blocks.value_path[x]
+                reached[at] = min(reached[at], reached[x] + ways[LEAVE_LEFT, low + u])
+                reached[at + 1] = min(reached[at + 1], reached[x] + ways[LEAVE_RIGHT, low + u])
+            from_left = min(reached[at], reached[at + 1] + block_costs.cross[k])
+            from_right = min(reached[at + 1], reached[at] + block_costs.cross[k])
+            for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+                for f in range(2):
+                    v = 2 * blocks.move_path[m] + f
+                    to = blocks.move_value[m] + f
+                    best = min(from_left + ways[ENTER_LEFT, low + v], from_right + ways[ENTER_RIGHT, low + v])
+                    for x in range(at + OUTSIDE, end):
+                        cost = arc[block_costs.arc_start[k] + blocks.value_path[x] * stride + v]
+                        best = min(best, reached[x] + cost)
+                    reached[to] = min(reached[to], best)
+            for x in range(at, end):
+                out[s] = min(out[s], reached[x] + value[x])
+    return out

@@ -1,0 +1,30 @@
+"""Search through the states layer by layer: beam, proof of the optimum, windows, and the merging of tours."""
+
+from slicer.sequence.layered.beam_search import ARCS_PER_TOOLPATH, beam
+from slicer.sequence.layered.exact_search import exact
+from slicer.sequence.layered.layered_search import RELATIVE_EPS
+from slicer.sequence.layered.node_pool import (
+    doubled,
+    drop_dominated,
+    insert,
+    keep_best,
+    new_pool,
+    rebuild_table,
+)
+from slicer.sequence.layered.tour_merging import merge_tours
+from slicer.sequence.layered.windows import window_search
+
+__all__ = [
+    "ARCS_PER_TOOLPATH",
+    "RELATIVE_EPS",
+    "beam",
+    "doubled",
+    "drop_dominated",
+    "exact",
+    "insert",
+    "keep_best",
+    "merge_tours",
+    "new_pool",
+    "rebuild_table",
+    "window_search",
+]

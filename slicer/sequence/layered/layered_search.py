@@ -1,0 +1,92 @@
+"""A layered search from the first toolpath to the last: a beam, and a proof if nothing was cut off."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.bound import PairBound
+from slicer.sequence.layered.layers import Limits, Sheet, expand, first_layer, next_layer
+from slicer.sequence.layered.node_pool import new_pool
+from slicer.sequence.problem import Options
+from slicer.sequence.states import sets_of_states
+
+RELATIVE_EPS = 1e-10
+"""A sequence must be better by this part of its cost to count as better; rounding stays far below."""
+
+
+@dataclass(frozen=True, eq=False)
+class LayeredSearch:
+    """What a layered search found.
+
+    Attributes:
+        oriented: int32 (n,), the cheapest sequence found below the cut, or None.
+        cost: its cost, or infinity.
+        lower_bound: no sequence below the cut that the search missed costs less; infinity where it
+            missed none.
+        nodes, generated: nodes expanded, and successors generated.
+        widest: the most nodes of a layer.
+        finished: False where time or memory ended it.
+    """
+
+    oriented: NDArray[np.int32] | None
+    cost: float
+    lower_bound: float
+    nodes: int
+    generated: int
+    widest: int
+    finished: bool
+
+
+def search_layers(
+    bound: PairBound,
+    cut: float,
+    width: int,
+    options: Options,
+    *,
+    most_nodes: int = np.iinfo(np.int64).max,
+) -> LayeredSearch:
+    """Search below ``cut``, guided by a bound at its best multipliers.
+
+    Args:
+        bound: ``bound.value`` must be that of its best multipliers, see ``PairBound.use_best_multipliers``.
+        cut: only sequences that cost less are of interest.
+        width: the most nodes of a layer.
+        options: for the deadline.
+        most_nodes: the search gives up beyond so many nodes in all.
+    """
+    section, blocks = bound.section, bound.blocks
+    below = cut - RELATIVE_EPS * abs(cut) if np.isfinite(cut) else cut
+    # Neither times nor detours are sure to obey the triangle inequality.
+    metric = not section.cost_model.timed and not section.routed
+    limits = Limits(below, width, metric)
+    sheet = Sheet(section.segments, section.column, bound.sets.local, section.cost_model)
+    state_sets = np.zeros(1, np.int64), np.zeros(1, np.int32)
+    if section.routed:
+        state_sets = sets_of_states(blocks, bound.sets)
+    layer = first_layer(blocks, bound.value, sheet, bound.ends.starts)
+    pool = new_pool()
+    parents, lasts = [layer.parent], [layer.last]
+    missed, nodes, generated, widest = np.inf, 0, 0, 0
+    for _ in range(section.n - 1):
+        nodes += len(layer.last)
+        if nodes > most_nodes or options.out_of_time():
+            return LayeredSearch(None, np.inf, bound.bound, nodes, generated, widest, False)
+        pool, size, dropped, more = expand(
+            blocks, bound.value, sheet, layer, pool, bound.sky, state_sets, limits
+        )
+        layer = next_layer(blocks, sheet, layer, pool, size)
+        missed = min(missed, dropped)
+        generated += more
+        widest = max(widest, len(layer.last))
+        parents.append(layer.parent)
+        lasts.append(layer.last)
+        if len(layer.last) == 0:
+            return LayeredSearch(None, np.inf, missed, nodes, generated, widest, True)
+    at = int(np.argmin(layer.cost))
+    cost = float(layer.cost[at])
+    oriented = np.empty(section.n, np.int32)
+    for k in range(section.n - 1, -1, -1):
+        oriented[k] = lasts[k][at]
+        at = int(parents[k][at])
+    return LayeredSearch(oriented, cost, missed, nodes, generated, widest, True)

@@ -1,0 +1,311 @@
+"""Search through the states of a sheet layer by layer, each layer with one more toolpath printed.
+
+A node is what is printed, the last toolpath and its direction; of equal nodes the cheaper one is kept. What
+it costs so far plus the values of all its blocks (``pair_dp.evaluate``) is a lower bound on every sequence
+through it. Nodes above a cut are dropped, and beyond a width the worst. If only the cut dropped nodes, then
+no sequence below the cut is missed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel, kernel
+from slicer.sequence.layered.node_pool import (
+    LAST,
+    PARENT,
+    NodePool,
+    doubled,
+    drop_dominated,
+    insert,
+    keep_best,
+    rebuild_table,
+)
+from slicer.sequence.layered.routed_travel import routed_cost
+from slicer.sequence.problem import CostModel, direct_cost, scrambled
+from slicer.sequence.states import NONE, OUTSIDE, Blocks, Skylines
+
+
+class Sheet(NamedTuple):
+    """What a search needs to know of its section, and does not change.
+
+    Attributes:
+        segments: float64 (n, 2, 2) in mm.
+        column: int32 (n,), the column of each toolpath.
+        local: int32 (n,), the number of each toolpath in its column, as in ``DownSets``.
+        cost_model: what a travel costs.
+    """
+
+    segments: NDArray[np.float64]
+    column: NDArray[np.int32]
+    local: NDArray[np.int32]
+    cost_model: CostModel
+
+
+class Limits(NamedTuple):
+    """What is dropped of a layer.
+
+    Attributes:
+        cut: nodes whose bound is above it, which do not count as dropped.
+        width: of the others, all but so many.
+        metric: whether the cost obeys the triangle inequality, so that a node is of no use if another one has
+            the same printed and could go to this one's end for less.
+    """
+
+    cut: float
+    width: int
+    metric: bool
+
+
+class Layer(NamedTuple):
+    """The nodes with one number of printed toolpaths.
+
+    Attributes:
+        state: int32 (m, b), the state of each block.
+        last: int32 (m,), the last oriented toolpath.
+        cost: float64 (m,), of the travels so far.
+        estimate: float64 (m,), the sum of the blocks' values: at least this much is to come.
+        key: uint64 (m,), a hash of what is printed.
+        parent: int32 (m,), the node of the layer before.
+    """
+
+    state: NDArray[np.int32]
+    last: NDArray[np.int32]
+    cost: NDArray[np.float64]
+    estimate: NDArray[np.float64]
+    key: NDArray[np.uint64]
+    parent: NDArray[np.int32]
+
+
+@bare_kernel
+def value_at(
+    blocks: Blocks, value: NDArray[np.float64], k: int, s: int, u: int, home: NDArray[np.int32]
+) -> float:
+    """The value of state s of block k after the oriented toolpath u, whose blocks are ``home``.
+
+    ``u`` is in the block's numbers, and of no interest where the block does not have it.
+    """
+    at = blocks.value_start[s]
+    if k > home[1]:
+        return float(value[at])
+    if k < home[0]:
+        return float(value[at + 1])
+    for x in range(at + OUTSIDE, blocks.value_start[s + 1]):
+        if blocks.value_path[x] == u:
+            return float(value[x])
+    return np.inf
+
+
+@bare_kernel
+def in_block(blocks: Blocks, k: int, u: int, local: int, column: int) -> int:
+    """The number that block k gives to the oriented toolpath u of a column that it has."""
+    before = blocks.column_start[column] - blocks.column_start[blocks.bounds[k]]
+    return int(2 * (before + local) + (u & 1))
+
+
+def first_layer(
+    blocks: Blocks,
+    value: NDArray[np.float64],
+    sheet: Sheet,
+    starts: NDArray[np.int32],
+) -> Layer:
+    """The nodes where one toolpath is printed."""
+    m = len(starts)
+    state = np.tile(blocks.state_start[:-1], (m, 1))
+    estimate, key = np.zeros(m), np.zeros(m, np.uint64)
+    _begin(blocks, value, sheet, starts, state, estimate, key)
+    return Layer(state, starts, np.zeros(m), estimate, key, np.full(m, NONE, np.int32))
+
+
+@bare_kernel
+def _begin(
+    blocks: Blocks,
+    value: NDArray[np.float64],
+    sheet: Sheet,
+    starts: NDArray[np.int32],
+    state: NDArray[np.int32],
+    estimate: NDArray[np.float64],
+    key: NDArray[np.uint64],
+) -> None:
+    """Fill in the states, estimates and keys after each of the starts."""
+    column, local = sheet.column, sheet.local
+    for i in range(len(starts)):
+        u = starts[i]
+        c = column[u >> 1]
+        home = blocks.home[c]
+        key[i] = scrambled((u >> 1) + 1)
+        for k in range(state.shape[1]):
+            mine = 0
+            if home[0] <= k <= home[1]:
+                mine = in_block(blocks, k, u, local[u >> 1], c)
+                state[i, k] = blocks.move_to[step_of(blocks, state[i, k], mine >> 1)]
+            estimate[i] += value_at(blocks, value, k, state[i, k], mine, home)
+
+
+@kernel
+def expand(
+    blocks: Blocks,
+    value: NDArray[np.float64],
+    sheet: Sheet,
+    layer: Layer,
+    pool: NodePool,
+    sky: Skylines,
+    state_sets: tuple[NDArray[np.int64], NDArray[np.int32]],
+    limits: Limits,
+) -> tuple[NodePool, int, float, int]:
+    """Gather the next layer in a pool: the pool, how many nodes, the least bound dropped, how many generated.
+
+    Args:
+        sky: the skylines, where travels keep above what is printed.
+        state_sets: see ``sets_of_states``; of no interest where travels are straight.
+        limits: what is dropped.
+    """
+    segments, column, local, cost_model = sheet
+    first_set, set_of = state_sets
+    cut, width, metric = limits
+    count = len(blocks.state_start) - 1
+    rebuild_table(pool, 0)
+    size, generated, dropped = 0, 0, np.inf
+    highest = cut  # what lies between ``cut`` and this is of interest, but there is no room for it
+    old = np.empty(count)
+    printed = np.empty(len(blocks.column_size), np.int32)
+    passed = np.empty(count + 1)  # the change of the estimate if the blocks before k come to lie to the left
+    ahead = np.empty(count + 1)  # the same if those from k on come to lie to the right
+    for i in range(len(layer.last)):
+        u = layer.last[i]
+        u_home = blocks.home[column[u >> 1]]
+        out_x, out_y = segments[u >> 1, 1 - (u & 1), 0], segments[u >> 1, 1 - (u & 1), 1]
+        _look_around(blocks, value, sheet, layer.state[i], u, old, passed, ahead)
+        if sky.routed:
+            _read_sets(blocks, first_set, set_of, layer.state[i], printed)
+        for k in range(count):
+            s = layer.state[i, k]
+            for e in range(blocks.move_start[s], blocks.move_start[s + 1]):
+                path = blocks.path[blocks.path_start[k] + blocks.move_path[e]]
+                v_home = blocks.home[column[path]]
+                if v_home[0] != k:
+                    continue  # a seam column belongs to the block on its left
+                other = NONE
+                if v_home[1] > k:
+                    other = step_of(blocks, layer.state[i, k + 1], local[path])
+                    if other == NONE:
+                        continue
+                low, high = min(u_home[0], v_home[0]), max(u_home[1], v_home[1])
+                # Only blocks from u to v see a change; those between see the nozzle change sides.
+                common = layer.estimate[i] + passed[k] - passed[low] + ahead[v_home[1] + 1] - ahead[high + 1]
+                for f in range(2):
+                    estimate = common + value[blocks.move_value[e] + f] - old[k]
+                    if other != NONE:
+                        estimate += value[blocks.move_value[other] + f] - old[k + 1]
+                    cost = layer.cost[i] + direct_cost(
+                        cost_model, segments[path, f, 0] - out_x, segments[path, f, 1] - out_y
+                    )
+                    generated += 1
+                    if sky.routed and cost + estimate <= cut:
+                        cost = layer.cost[i] + routed_cost(
+                            cost_model,
+                            sky,
+                            printed,
+                            min(column[u >> 1], column[path]),
+                            max(column[u >> 1], column[path]),
+                            (out_x, out_y),
+                            (segments[path, f, 0], segments[path, f, 1]),
+                        )
+                    if cost + estimate <= cut:
+                        if size == len(pool.key):
+                            pool = doubled(pool, size)
+                        key = layer.key[i] ^ scrambled(path + 1)
+                        size = insert(pool, size, key, 2 * path + f, i, cost, cost + estimate)
+                    elif cost + estimate <= highest:
+                        dropped = min(dropped, cost + estimate)
+        if size > 4 * width:
+            least, cut = keep_best(pool, size, width)
+            size, dropped = width, min(dropped, least)
+            rebuild_table(pool, size)
+    if metric:
+        size = drop_dominated(pool, segments, size)
+    if size > width:
+        least, cut = keep_best(pool, size, width)
+        size, dropped = width, min(dropped, least)
+    return pool, size, dropped, generated
+
+
+@bare_kernel
+def _read_sets(
+    blocks: Blocks,
+    first_set: NDArray[np.int64],
+    set_of: NDArray[np.int32],
+    state: NDArray[np.int32],
+    printed: NDArray[np.int32],
+) -> None:
+    """Fill in the down-set of each column from the states of the blocks."""
+    for k in range(len(state)):
+        width = blocks.bounds[k + 1] - blocks.bounds[k] + 1
+        at = first_set[k] + (state[k] - blocks.state_start[k]) * width
+        for q in range(width):
+            printed[blocks.bounds[k] + q] = set_of[at + q]
+
+
+@bare_kernel
+def _look_around(
+    blocks: Blocks,
+    value: NDArray[np.float64],
+    sheet: Sheet,
+    state: NDArray[np.int32],
+    u: int,
+    old: NDArray[np.float64],
+    passed: NDArray[np.float64],
+    ahead: NDArray[np.float64],
+) -> None:
+    """Fill in what every block's value is after u, and sums of what it changes by if the nozzle goes past."""
+    column, local = sheet.column, sheet.local
+    home = blocks.home[column[u >> 1]]
+    count = len(old)
+    passed[0] = ahead[count] = 0.0
+    for k in range(count):
+        mine = 0
+        if home[0] <= k <= home[1]:
+            mine = in_block(blocks, k, u, local[u >> 1], column[u >> 1])
+        old[k] = value_at(blocks, value, k, state[k], mine, home)
+        passed[k + 1] = passed[k] + value[blocks.value_start[state[k]] + 1] - old[k]
+    for k in range(count - 1, -1, -1):
+        ahead[k] = ahead[k + 1] + value[blocks.value_start[state[k]]] - old[k]
+
+
+@bare_kernel
+def step_of(blocks: Blocks, s: int, path: int) -> int:
+    """The step of state s that prints a block's toolpath, or ``NONE``."""
+    for e in range(blocks.move_start[s], blocks.move_start[s + 1]):
+        if blocks.move_path[e] == path:
+            return e
+    return NONE
+
+
+def next_layer(blocks: Blocks, sheet: Sheet, layer: Layer, pool: NodePool, size: int) -> Layer:
+    """The nodes that ``expand`` has gathered."""
+    state = np.empty((size, layer.state.shape[1]), np.int32)
+    _advance_states(blocks, sheet, layer.state, pool, state)
+    parent, last = pool.tag[:size].T
+    cost, bound = pool.number[:size].T
+    return Layer(state, last.copy(), cost.copy(), bound - cost, pool.key[:size].copy(), parent.copy())
+
+
+@bare_kernel
+def _advance_states(
+    blocks: Blocks,
+    sheet: Sheet,
+    before: NDArray[np.int32],
+    pool: NodePool,
+    state: NDArray[np.int32],
+) -> None:
+    """Fill in the states of the pool's nodes: those of their parents but for one column."""
+    column, local = sheet.column, sheet.local
+    for at in range(len(state)):
+        v = pool.tag[at, LAST]
+        c = column[v >> 1]
+        for k in range(state.shape[1]):
+            s = before[pool.tag[at, PARENT], k]
+            if blocks.home[c, 0] <= k <= blocks.home[c, 1]:
+                s = blocks.move_to[step_of(blocks, s, in_block(blocks, k, v, local[v >> 1], c) >> 1)]
+            state[at, k] = s

@@ -1,0 +1,52 @@
+"""What a method may spend and has spent, in work that does not depend on the clock."""
+
+from dataclasses import dataclass
+
+from slicer.sequence.bound import PairBound
+from slicer.sequence.layered.layered_search import LayeredSearch
+from slicer.sequence.problem import Incumbent, Options
+
+ARCS_PER_NODE = 60
+"""So many arcs of the bound are looked at in the time in which a search generates one node."""
+MOST_BETWEEN = 100_000_000
+"""Arcs of the bound that are looked at between two looks at the clock, in ten steps at most."""
+
+
+@dataclass
+class WorkBudget:
+    """What a run may spend and has spent."""
+
+    limit: int
+    spent: int = 0
+    nodes: int = 0
+    generated: int = 0
+
+    def add(self, found: LayeredSearch) -> None:
+        """Enter a search."""
+        self.spent += found.generated
+        self.nodes += found.nodes
+        self.generated += found.generated
+
+
+def raise_bound(
+    bound: PairBound,
+    incumbent: Incumbent,
+    budget: WorkBudget,
+    steps: int,
+    options: Options,
+    *,
+    complete: bool,
+) -> None:
+    """Raise a bound by some steps, go to its best multipliers, and tell the incumbent."""
+    arcs = bound.blocks.arcs
+    stride = max(1, min(10, MOST_BETWEEN // max(1, arcs)))
+    for done in range(0, steps, stride):
+        count = min(stride, steps - done)
+        budget.spent += count * arcs // ARCS_PER_NODE
+        at_rest = bound.improve(incumbent.cost, count)
+        if complete:
+            incumbent.raise_bound(bound.bound)
+            incumbent.report("bound")
+        if at_rest or options.out_of_time():
+            break
+    bound.use_best_multipliers()

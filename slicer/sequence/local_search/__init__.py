@@ -1,0 +1,32 @@
+"""Local search on a tour: block exchange, descent, perturbation, cooling, refinement by the exact cost."""
+
+from slicer.sequence.local_search.annealing import (
+    FIRST_TEMPERATURE,
+    anneal,
+    annealed,
+    local,
+    perturbation_budget,
+)
+from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, new_tour, refresh
+from slicer.sequence.local_search.descent import descend
+from slicer.sequence.local_search.perturbation import REACH
+from slicer.sequence.local_search.refinement import refine
+from slicer.sequence.local_search.start import Start, reach_local_optimum, start_search
+
+__all__ = [
+    "FIRST_TEMPERATURE",
+    "LEAST_GAIN",
+    "REACH",
+    "Start",
+    "Tour",
+    "anneal",
+    "annealed",
+    "descend",
+    "local",
+    "new_tour",
+    "perturbation_budget",
+    "reach_local_optimum",
+    "refine",
+    "refresh",
+    "start_search",
+]

@@ -1,0 +1,127 @@
+"""Local search from any start: sweeps of perturbations and descent, cooling down.
+
+A sweep perturbs the whole sequence once from its start to its end; what has become worse is kept less and
+less often from sweep to sweep. Long sequences get fewer perturbations for each toolpath.
+"""
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.construct import initial_incumbent, level_start
+from slicer.sequence.local_search.block_exchange import Tour, new_tour
+from slicer.sequence.local_search.perturbation import iterated_local_search
+from slicer.sequence.problem import Found, Incumbent, Neighbours, Options, Problem, neighbours, random_state
+
+PERTURBATIONS_PER_TOOLPATH = {"quick": 60, "default": 250, "high": 3_000}
+MOST_PERTURBATIONS = {"quick": 100_000, "default": 650_000, "high": 2_500_000}
+"""Beyond these a toolpath gets less than that, but never less than the next."""
+FEWEST = {"quick": 10, "default": 30, "high": 150}
+SWEEPS = 20
+CHUNK = 50_000
+"""About so many perturbations pass between two looks at the clock."""
+FIRST_TEMPERATURE = 1.0
+"""Temperature of the first sweep, in costs of a travel of the usual length between toolpaths."""
+
+
+def local(problem: Problem, options: Options) -> Found:
+    """Improve ``options.initial``, or the start along levels, by perturbations and descent."""
+    if problem.n == 0:
+        return Found(np.empty(0, np.int32))
+    near = neighbours(problem, options.objective)
+    if options.initial is None:
+        start = level_start(problem, options.objective, near, options.out_of_time)
+        options = options.starting_from(start)
+    incumbent = initial_incumbent(problem, options)
+    stopped = False
+    try:
+        stopped = not anneal(
+            problem, options, near, incumbent, perturbations=perturbation_budget(problem.n, options.effort)
+        )
+    except KeyboardInterrupt:
+        stopped = True
+    return Found(incumbent.oriented, stopped=stopped)
+
+
+def perturbation_budget(n: int, effort: str) -> int:
+    """How many perturbations a sequence of n toolpaths is given."""
+    return max(FEWEST[effort] * n, min(PERTURBATIONS_PER_TOOLPATH[effort] * n, MOST_PERTURBATIONS[effort]))
+
+
+def anneal(
+    problem: Problem,
+    options: Options,
+    near: Neighbours,
+    incumbent: Incumbent,
+    *,
+    perturbations: int,
+    first_temperature: float = FIRST_TEMPERATURE,
+    stream: int = 0,
+) -> bool:
+    """Spend perturbations on the incumbent's sequence and offer it what comes out; False where time ran out.
+
+    Args:
+        problem: what is ordered.
+        options: seed, objective, deadline and progress.
+        near: the candidates of the descent.
+        incumbent: where the search starts, and what is offered the results.
+        perturbations: how many.
+        first_temperature: temperature of the first sweep, see ``FIRST_TEMPERATURE``.
+        stream: tells apart the random numbers of several calls with one seed.
+    """
+    start = incumbent.oriented
+    for oriented in annealed(
+        problem,
+        options,
+        near,
+        start,
+        perturbations=perturbations,
+        first_temperature=first_temperature,
+        stream=stream,
+    ):
+        incumbent.offer(oriented)
+        if options.out_of_time():
+            return False
+        incumbent.report("local search")
+    return True
+
+
+def annealed(
+    problem: Problem,
+    options: Options,
+    near: Neighbours,
+    oriented: NDArray[np.int32],
+    *,
+    perturbations: int,
+    first_temperature: float,
+    stream: int,
+) -> Iterator[NDArray[np.int32]]:
+    """The sequences (n,) after each sweep of a run that cools down from ``first_temperature`` to nothing.
+
+    Ends early where time runs out. The arguments are those of ``anneal``, but for ``oriented``, where the
+    run starts.
+    """
+    work = new_tour(problem, options.objective, near, oriented)
+    state = random_state(options.seed, stream)
+    scale = first_temperature * _usual(work)
+    high = problem.n + 1
+    chunks = max(1, perturbations // SWEEPS // CHUNK)
+    bounds = np.linspace(work.fixed, high, chunks + 1).astype(int)
+    for sweep in range(SWEEPS):
+        temperature = scale * (1 - (sweep + 1) / SWEEPS)
+        for low, end in itertools.pairwise(bounds):
+            iterated_local_search(
+                work, state, perturbations // SWEEPS // chunks, int(low), int(end), temperature
+            )
+            if options.out_of_time():
+                yield work.oriented
+                return
+        yield work.oriented
+
+
+def _usual(work: Tour) -> float:
+    """The median cost of a travel."""
+    costs: NDArray[np.float64] = work.cost[0, 2:-1]
+    return float(np.median(costs)) if len(costs) else 0.0

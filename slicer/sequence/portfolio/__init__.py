@@ -1,0 +1,15 @@
+"""Which methods run, in what order and for how long; other objectives by surrogates; several processes."""
+
+from slicer.sequence.portfolio.automatic import CARRY_UP_TO, WINDOWS_UP_TO, auto
+from slicer.sequence.portfolio.rehearsal import rehearse
+from slicer.sequence.portfolio.surrogates import search_by_surrogates
+from slicer.sequence.portfolio.workers import run_workers
+
+__all__ = [
+    "CARRY_UP_TO",
+    "WINDOWS_UP_TO",
+    "auto",
+    "rehearse",
+    "run_workers",
+    "search_by_surrogates",
+]

@@ -1,0 +1,134 @@
+"""What ``high`` adds where nothing is proved: annealing from several seeds, windows, and tour merging.
+
+An annealed run sees far but misses details, trees see a stretch, windows see all details of little; all end
+in optima that differ from seed to seed, in one place for the better and in another for the worse. Merging
+takes the best section of each. So a few sequences are annealed and polished apart from each other; then
+rounds heat the best one again, and merging keeps of that what has become better.
+"""
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.layered import merge_tours, window_search
+from slicer.sequence.local_search import FIRST_TEMPERATURE, annealed, perturbation_budget
+from slicer.sequence.problem import Incumbent, Neighbours, Options, Problem
+from slicer.sequence.tree_search import STRIDE, improve_by_trees
+
+STARTS = 3
+"""Sequences that are annealed from the same start with different random numbers."""
+ROUNDS = 5
+START_SHARE, ROUND_SHARE, MILD_SHARE = 6, 28, 125
+"""Parts of ``perturbation_budget``: that of each start, of each round, and of a round that is mild."""
+REHEAT, MILD = 2.0, 0.3
+"""Heat of the rounds, see ``FIRST_TEMPERATURE``; mild where the large structure is to be kept."""
+START_ROLLOUTS, ROUND_ROLLOUTS = 100, 30
+"""Rollouts of each tree in a start and in a round."""
+MOST_ROLLOUTS = 600_000
+"""A toolpath of a large sheet gets no more of these than its part."""
+START_WORK, ROUND_WORK = 3_000, 2_000
+"""Work of the windows for each toolpath, see ``WorkBudget``, in each start and each round."""
+POOL = 8
+"""How many of the latest sequences may be merged."""
+
+
+class AnnealingRounds:
+    """A run of ``anneal_and_merge``: the sequences to merge, and the windows that need no second look."""
+
+    def __init__(
+        self, problem: Problem, options: Options, near: Neighbours, incumbent: Incumbent, windows: bool
+    ) -> None:
+        self._problem, self._options, self._near = problem, options, near
+        self._incumbent = incumbent
+        self._windows = windows
+        self._pool: deque[NDArray[np.int32]] = deque(maxlen=POOL)
+        self._exhausted: set[bytes] = set()
+
+    def anneal(
+        self, start: NDArray[np.int32], perturbations: int, first_temperature: float, stream: int
+    ) -> NDArray[np.int32]:
+        """An annealed run from a sequence; its end may cost more, but the incumbent is told of all."""
+        oriented = start
+        for oriented in annealed(
+            self._problem,
+            self._options,
+            self._near,
+            start,
+            perturbations=perturbations,
+            first_temperature=first_temperature,
+            stream=stream,
+        ):
+            self._incumbent.offer(oriented)
+            self._incumbent.report("annealing", bounded=False)
+        return oriented
+
+    def trees(self, oriented: NDArray[np.int32], rollouts: int, stream: int) -> NDArray[np.int32]:
+        """A pass of tree search over a sequence."""
+        rollouts = max(1, min(rollouts, STRIDE * MOST_ROLLOUTS // self._problem.n))
+        return improve_by_trees(
+            self._problem,
+            self._options,
+            self._near,
+            self._incumbent,
+            oriented,
+            rollouts=rollouts,
+            stream=stream,
+        )
+
+    def window_search(self, oriented: NDArray[np.int32], work: int) -> NDArray[np.int32]:
+        """Windows over a sequence."""
+        if not self._windows:
+            return oriented
+        polished = window_search(
+            self._problem, self._options, oriented, work=work * self._problem.n, exhausted=self._exhausted
+        )
+        self._incumbent.offer(polished)
+        self._incumbent.report("windows", bounded=False)
+        return polished
+
+    def merge(self, oriented: NDArray[np.int32]) -> None:
+        """Cross a sequence with the incumbent's and the latest ones."""
+        self._pool.append(oriented)
+        tours = [self._incumbent.oriented, *self._pool]
+        self._incumbent.offer(merge_tours(self._problem, self._options.objective, tours))
+        self._incumbent.report("splice", bounded=False)
+
+
+def anneal_and_merge(
+    problem: Problem,
+    options: Options,
+    near: Neighbours,
+    incumbent: Incumbent,
+    *,
+    apart: bool,
+    windows: bool,
+) -> bool:
+    """Anneal, search windows and merge tours from the incumbent's sequence on; False where time ran out.
+
+    Args:
+        problem: what is ordered.
+        options: seed, objective, deadline and progress.
+        near: the candidates of the descent.
+        incumbent: where the search starts, and what is offered the results.
+        apart: whether the large structure is still to be found, by several runs from the same start. Else
+            the rounds are mild.
+        windows: whether the sheet is small enough for windows.
+    """
+    run = AnnealingRounds(problem, options, near, incumbent, windows)
+    start = incumbent.oriented
+    perturbations = perturbation_budget(problem.n, options.effort)
+    starts, share, first_temperature = (STARTS, ROUND_SHARE, REHEAT) if apart else (0, MILD_SHARE, MILD)
+    for stream in range(1, starts + 1):
+        found = run.anneal(start, perturbations // START_SHARE, FIRST_TEMPERATURE, stream)
+        found = run.trees(found, START_ROLLOUTS, stream)
+        run.merge(run.window_search(found, START_WORK))
+        if options.out_of_time():
+            return False
+    for stream in range(starts + 1, starts + ROUNDS + 1):
+        found = run.anneal(incumbent.oriented, perturbations // share, first_temperature, stream)
+        run.merge(run.trees(found, ROUND_ROLLOUTS, stream))
+        run.window_search(incumbent.oriented, ROUND_WORK)
+        if options.out_of_time():
+            return False
+    return True

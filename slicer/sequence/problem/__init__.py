@@ -1,0 +1,52 @@
+"""What is asked and answered: problem, objective, the exact cost of a sequence, the contract of a method."""
+
+from slicer.sequence.problem.checks import real_number, whole_number
+from slicer.sequence.problem.directions import directed, start_of
+from slicer.sequence.problem.incumbent import Incumbent
+from slicer.sequence.problem.method import EFFORTS, Found, Method, Options, Progress
+from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
+from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName
+from slicer.sequence.problem.problem import REACH_MM, Problem
+from slicer.sequence.problem.random_numbers import draw, random_state, scrambled
+from slicer.sequence.problem.result import Result
+from slicer.sequence.problem.sequence_cost import skyline_cost, true_cost
+from slicer.sequence.problem.travel_cost import (
+    FORBIDDEN,
+    arc_cost,
+    costs_at_least,
+    direct_cost,
+    direct_sum,
+    leg_cost,
+)
+
+__all__ = [
+    "EFFORTS",
+    "FORBIDDEN",
+    "REACH_MM",
+    "CostModel",
+    "Found",
+    "Incumbent",
+    "Method",
+    "Neighbours",
+    "Objective",
+    "ObjectiveName",
+    "Options",
+    "Problem",
+    "Progress",
+    "Result",
+    "arc_cost",
+    "costs_at_least",
+    "direct_cost",
+    "direct_sum",
+    "directed",
+    "draw",
+    "leg_cost",
+    "neighbours",
+    "random_state",
+    "real_number",
+    "scrambled",
+    "skyline_cost",
+    "start_of",
+    "true_cost",
+    "whole_number",
+]

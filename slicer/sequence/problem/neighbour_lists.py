@@ -1,0 +1,150 @@
+"""The nearest toolpaths that can be printed directly after, or before, each oriented toolpath."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.errors import SequenceError
+from slicer.kernels import kernel
+from slicer.sequence.problem.comparability import realizer
+from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.problem import Problem
+from slicer.sequence.problem.travel_cost import direct_cost
+
+COUNT = 10
+NONE = -1
+DEAREST = 3e5
+"""What a travel may cost, mm or s. Local search takes a gain above ``LEAST_GAIN`` for real, and would go on
+for ever where rounding alone feigns such gains.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """Candidate lists, nearest first, filled up with ``NONE``.
+
+    Attributes:
+        after: int32 (2n, k), oriented toolpaths that can directly follow oriented toolpath u.
+        before: int32 (2n, k), those that u can directly follow.
+    """
+
+    after: NDArray[np.int32]
+    before: NDArray[np.int32]
+
+
+def neighbours(problem: Problem, objective: Objective | None = None, count: int = COUNT) -> Neighbours:
+    """Find ``count`` neighbours both ways, sparsely: a grid over the endpoints, O(n) for usual sheets.
+
+    A toolpath can directly follow u unless it lies below u, or above it with another one in between. For
+    machines whose axes differ in speed, "near" is measured by what a travel of about the distance between
+    toolpaths costs along each axis.
+
+    Raises:
+        SequenceError: a travel across the sheet costs more than ``DEAREST``.
+    """
+    points = problem.segments.reshape(-1, 2)
+    near = points.copy()
+    if len(points):
+        extent = np.ptp(points, axis=0)
+        pitch = float(np.sqrt(max(extent.prod(), extent.max() ** 2 * 1e-3, 1e-12) / len(points)))
+        cost_model = (objective or Objective()).cost_model
+        across = direct_cost(cost_model, *extent)
+        if not across <= DEAREST:
+            raise SequenceError(
+                f"a travel across this sheet of {extent[0]:g} x {extent[1]:g} mm costs {across:g} "
+                f"{'s' if cost_model.timed else 'mm'}, but must not cost more than {DEAREST:g}. Look at the "
+                "speeds, accelerations and fixed time of the machine, and at the units of the sheet."
+            )
+        near *= [direct_cost(cost_model, pitch, 0.0) / pitch, direct_cost(cost_model, 0.0, pitch) / pitch]
+    ranks = realizer(problem)
+    after = _nearest(near, ranks, problem.succ_start, problem.succ, count, False)
+    before = _nearest(near, ranks, problem.succ_start, problem.succ, count, True)
+    return Neighbours(after, before)
+
+
+@kernel
+def _nearest(
+    points: NDArray[np.float64],
+    ranks: NDArray[np.int32],
+    succ_start: NDArray[np.int32],
+    succ: NDArray[np.int32],
+    count: int,
+    backward: bool,
+) -> NDArray[np.int32]:
+    m = len(points)
+    out = np.full((m, count), NONE, np.int32)
+    if m == 0:
+        return out
+    x0, y0 = points[:, 0].min(), points[:, 1].min()
+    width, height = points[:, 0].max() - x0, points[:, 1].max() - y0
+    cell = max(np.sqrt(2.0 * width * height / m), max(width, height) / (m + 1.0), 1e-12)
+    columns, rows = int(width / cell) + 1, int(height / cell) + 1
+    cell_of = np.empty(m, np.int64)
+    start = np.zeros(columns * rows + 1, np.int64)
+    for u in range(m):
+        cell_of[u] = int((points[u, 0] - x0) / cell) * rows + int((points[u, 1] - y0) / cell)
+        start[cell_of[u] + 1] += 1
+    start = np.cumsum(start)
+    held = np.empty(m, np.int32)
+    fill = start[:-1].copy()
+    for u in range(m):
+        held[fill[cell_of[u]]] = u
+        fill[cell_of[u]] += 1
+
+    distance = np.empty(count)
+    for u in range(m):
+        # The search is for entries near the end of u; backward, for ends near its entry.
+        x, y = points[u if backward else u ^ 1]
+        cx, cy = int((x - x0) / cell), int((y - y0) / cell)
+        found, seen = 0, 0
+        for ring in range(max(columns, rows)):
+            # No point of this ring is nearer than (ring - 1) cells. In a long chain hardly anything can
+            # follow: what is looked at is bounded.
+            if (found == count and (ring - 1) * cell > distance[count - 1]) or seen > 60 * count:
+                break
+            for gx in range(max(0, cx - ring), min(columns, cx + ring + 1)):
+                step = 1 if abs(gx - cx) == ring else max(1, 2 * ring)
+                gy = cy - ring
+                while gy <= cy + ring:
+                    if 0 <= gy < rows:
+                        for k in range(start[gx * rows + gy], start[gx * rows + gy + 1]):
+                            p = held[k]
+                            seen += 1
+                            d = np.sqrt((points[p, 0] - x) ** 2 + (points[p, 1] - y) ** 2)
+                            if found == count and d >= distance[count - 1]:
+                                continue
+                            v = p ^ 1 if backward else p
+                            low, high = (v >> 1, u >> 1) if backward else (u >> 1, v >> 1)
+                            if not _can_follow(ranks, succ_start, succ, low, high):
+                                continue
+                            if found < count:
+                                found += 1
+                            at = found - 1
+                            while at > 0 and distance[at - 1] > d:
+                                distance[at], out[u, at] = distance[at - 1], out[u, at - 1]
+                                at -= 1
+                            distance[at], out[u, at] = d, v
+                    gy += step
+    return out
+
+
+@kernel
+def _can_follow(
+    ranks: NDArray[np.int32],
+    succ_start: NDArray[np.int32],
+    succ: NDArray[np.int32],
+    s: int,
+    t: int,
+) -> bool:
+    """Whether some printable sequence has toolpath ``t`` directly after ``s``."""
+    if s == t:
+        return False
+    if (ranks[s, 0] < ranks[t, 0]) != (ranks[s, 1] < ranks[t, 1]):
+        return True
+    if ranks[t, 0] < ranks[s, 0]:
+        return False
+    direct = False
+    for k in range(succ_start[s], succ_start[s + 1]):
+        direct |= succ[k] == t
+    return direct

@@ -1,0 +1,113 @@
+"""What a sequence is optimised for: the objective, its limits, and what they are for the kernels."""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+
+from slicer.errors import SequenceError
+from slicer.sequence.problem.checks import real_number, three_numbers
+
+ObjectiveName = Literal["straight", "routed", "time"]
+
+SMALLEST, LARGEST = 1e-6, 1e9
+"""Bounds of speeds and accelerations, and the largest fixed time. Within them, and with coordinates within
+``problem.REACH_MM``, no cost overflows or comes near ``FORBIDDEN``. Costs that are no numbers must not
+reach the kernels, which sort by them and find cells of a grid with them, and do not check their indices.
+"""
+FARTHEST_MM = 1e5
+"""Largest clearance: as far as coordinates reach."""
+
+
+class CostModel(NamedTuple):
+    """How the kernels charge for a travel; an argument of compiled code.
+
+    Attributes:
+        timed: whether a travel costs seconds; otherwise its length in mm.
+        clearance: how far a travel keeps above what is printed, in mm; 0 for straight travels.
+        speed, speed_x, speed_y: limits of the path and of the axes, in mm/s.
+        acceleration, acceleration_x, acceleration_y: the same, in mm/s².
+        fixed: seconds of retraction or of the valve, for each travel longer than ``fixed_from`` mm.
+        fixed_from: see ``fixed``.
+    """
+
+    timed: bool
+    clearance: float
+    speed: float
+    speed_x: float
+    speed_y: float
+    acceleration: float
+    acceleration_x: float
+    acceleration_y: float
+    fixed: float
+    fixed_from: float
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What a sequence is optimised for.
+
+    Attributes:
+        name: "straight" is the paper's J, "routed" the length of the travels as they are made over what
+            is printed, "time" the seconds of those travels.
+        clearance_mm: how far a routed travel keeps above what is printed ("routed" and "time").
+        speed_mm_s: travel speed, and the limits of the sheet's x and y axis.
+        acceleration_mm_s2: travel acceleration, and the limits of the sheet's x and y axis.
+        fixed_s: time of retraction or of the valve, for each travel longer than ``fixed_from_mm``.
+        fixed_from_mm: see ``fixed_s``.
+
+    Raises:
+        SequenceError: there is no such objective; or a number is none, or outside its bounds. Speeds are
+            finite; an acceleration may be infinite, for a machine that needs no time to speed up.
+    """
+
+    name: ObjectiveName = "straight"
+    clearance_mm: float = 0.0
+    speed_mm_s: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    acceleration_mm_s2: tuple[float, float, float] = (np.inf, np.inf, np.inf)
+    fixed_s: float = 0.0
+    fixed_from_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        names = get_args(ObjectiveName)
+        if not isinstance(self.name, str) or self.name not in names:
+            raise SequenceError(f"there is no objective '{self.name}'; there are {', '.join(names)}")
+        clean = {
+            "clearance_mm": real_number(
+                "clearance_mm", self.clearance_mm, "Give 0 for no clearance.", 0.0, FARTHEST_MM
+            ),
+            "speed_mm_s": three_numbers(
+                "speed_mm_s", self.speed_mm_s, "Give the limits of the machine.", SMALLEST, LARGEST
+            ),
+            "acceleration_mm_s2": three_numbers(
+                "acceleration_mm_s2",
+                self.acceleration_mm_s2,
+                "Give the limits of the machine, or inf for no limit.",
+                SMALLEST,
+                np.inf,
+            ),
+            "fixed_s": real_number("fixed_s", self.fixed_s, "Give 0 for no fixed time.", 0.0, LARGEST),
+            "fixed_from_mm": real_number(
+                "fixed_from_mm", self.fixed_from_mm, "Give 0 for every travel.", 0.0, np.inf
+            ),
+        }
+        for field, value in clean.items():
+            object.__setattr__(self, field, value)
+
+    @property
+    def routed(self) -> bool:
+        """Whether what is printed at the moment matters."""
+        return self.name != "straight"
+
+    @property
+    def cost_model(self) -> CostModel:
+        """What the kernels are given of it."""
+        timed = self.name == "time"
+        return CostModel(
+            timed,
+            self.clearance_mm if self.routed else 0.0,
+            *self.speed_mm_s,
+            *self.acceleration_mm_s2,
+            self.fixed_s if timed else 0.0,
+            self.fixed_from_mm,
+        )

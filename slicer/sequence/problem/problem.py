@@ -1,0 +1,156 @@
+"""What every sequencing method is given: endpoints, precedence both ways, and the start."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slicer import precedence
+from slicer.errors import SequenceError
+from slicer.sequence.problem.checks import truth, whole_number
+
+REACH_MM = 1e5
+"""Coordinates lie within this: 100 m away, floats are still much finer than ``precedence.EPS_MM``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Toolpaths to be ordered and oriented.
+
+    A toolpath s printed in direction f (0: from its first endpoint, 1: flipped) is the *oriented
+    toolpath* ``2 * s + f``. It is entered at ``segments[s, f]`` and left at ``segments[s, 1 - f]``.
+
+    Attributes:
+        segments: float64 (n, 2, 2), [endpoint, xy] in mm, C-contiguous.
+        edges: int32 (m, 2), the covering relation; row (a, b): a is printed before b.
+        pred_start, pred: int32 (n + 1,) and (m,); the toolpaths just below s are
+            ``pred[pred_start[s]:pred_start[s + 1]]``.
+        succ_start, succ: the same for the toolpaths just above.
+        column: int32 (n,), the column of each toolpath; columns are tied by cost alone.
+        first: the toolpath to begin with, or None where any printable one may be.
+        first_flipped: the direction of the first toolpath, or None where it is free. Without ``first``
+            it holds for whichever toolpath comes first.
+    """
+
+    segments: NDArray[np.float64]
+    edges: NDArray[np.int32]
+    pred_start: NDArray[np.int32]
+    pred: NDArray[np.int32]
+    succ_start: NDArray[np.int32]
+    succ: NDArray[np.int32]
+    column: NDArray[np.int32]
+    first: int | None
+    first_flipped: bool | None
+
+    @classmethod
+    def build(
+        cls, segments: ArrayLike, *, first: int | None = None, first_flipped: bool | None = None
+    ) -> "Problem":
+        """Derive the precedence of ``segments`` (n, 2, 2) in mm.
+
+        Raises:
+            CrossingError: two toolpaths cross.
+            SequenceError: the segments have another shape, or reach beyond ``REACH_MM``; ``first`` is no
+                toolpath, or cannot be printed first; ``first_flipped`` is no truth value.
+            SlicerError: a coordinate is not finite.
+        """
+        lines = _lines(segments)
+        if first is not None:
+            first = whole_number(
+                "first toolpath", first, "Give the index of a toolpath, or None to leave the start free."
+            )
+        if first_flipped is not None:
+            first_flipped = truth("first_flipped", first_flipped, "Give None to leave the direction free.")
+        edges = precedence.covering_edges(lines)
+        n = len(lines)
+        pred_start, pred = _compressed(edges[:, 1], edges[:, 0], n)
+        succ_start, succ = _compressed(edges[:, 0], edges[:, 1], n)
+        if first is not None and n:
+            if not 0 <= first < n:
+                raise SequenceError(f"first toolpath {first}: there are {n}, numbered from 0")
+            under = pred[pred_start[first] : pred_start[first + 1]]
+            if len(under):
+                raise SequenceError(
+                    f"first toolpath {first} lies above toolpath {under[0]}, which must be printed before "
+                    "it. Name a toolpath that has nothing below it, or leave the start free."
+                )
+        return cls(
+            lines,
+            edges,
+            pred_start,
+            pred,
+            succ_start,
+            succ,
+            precedence.columns(lines),
+            first if n else None,
+            first_flipped,
+        )
+
+    @property
+    def n(self) -> int:
+        """The number of toolpaths."""
+        return len(self.segments)
+
+    @property
+    def starts(self) -> NDArray[np.int32]:
+        """int32 (k,), the oriented toolpaths that the sequence may begin with, ascending."""
+        minimal = np.flatnonzero(np.diff(self.pred_start) == 0)
+        toolpaths = minimal if self.first is None else np.array([self.first])
+        directions = [0, 1] if self.first_flipped is None else [int(self.first_flipped)]
+        return np.sort(np.add.outer(2 * toolpaths, directions).ravel()).astype(np.int32)
+
+    def travel_mm(self, order: ArrayLike, flipped: ArrayLike) -> float:
+        """Straight travel J: the sum of the distances from each toolpath's end to the next one's start.
+
+        Args:
+            order: int (n,), the toolpath that is printed k-th.
+            flipped: bool (n,), whether the k-th is printed from its second endpoint.
+        """
+        sequence, flip = np.asarray(order, np.intp), np.asarray(flipped, np.intp)
+        start = self.segments[sequence, flip]
+        end = self.segments[sequence, 1 - flip]
+        return float(np.hypot(*(start[1:] - end[:-1]).T).sum())
+
+    def refusal(self, order: ArrayLike) -> str | None:
+        """Why this order is not an answer to the problem, or None where it is one."""
+        sequence = np.asarray(order, np.int64)
+        if not np.array_equal(np.sort(sequence), np.arange(self.n)):
+            return f"it does not hold each of the {self.n} toolpaths exactly once"
+        if self.first is not None and sequence[0] != self.first:
+            return f"it begins with toolpath {sequence[0]}, not {self.first}"
+        broken = precedence.violations(sequence, self.edges)
+        if len(broken):
+            low, high = self.edges[broken[0]]
+            return f"toolpath {low} lies below {high} but comes after it ({len(broken)} such pairs)"
+        return None
+
+
+def _lines(segments: ArrayLike) -> NDArray[np.float64]:
+    """The segments as C-contiguous float64 (n, 2, 2), if that is what they are."""
+    try:
+        lines = np.ascontiguousarray(segments, np.float64)
+    except (TypeError, ValueError) as why:
+        raise SequenceError(
+            f"segments cannot be read as numbers of shape (n, 2, 2), [endpoint, xy]: {why}"
+        ) from why
+    if lines.size == 0:
+        lines = lines.reshape(0, 2, 2)
+    if lines.ndim != 3 or lines.shape[1:] != (2, 2):
+        raise SequenceError(f"segments have shape {lines.shape}, but must have (n, 2, 2): [endpoint, xy]")
+    far = np.isfinite(lines) & (np.abs(lines) > REACH_MM)
+    if far.any():
+        toolpath, end, axis = np.argwhere(far)[0]
+        raise SequenceError(
+            f"toolpath {toolpath} reaches {'xy'[axis]} = {lines[toolpath, end, axis]:g} mm, but coordinates "
+            f"must lie within {REACH_MM:g} mm of the origin. Give them in mm, and move the sheet nearer."
+        )
+    return lines
+
+
+def _compressed(
+    rows: NDArray[np.int32], values: NDArray[np.int32], n: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Group ``values`` by row: those of row s are ``grouped[start[s]:start[s + 1]]``."""
+    start = np.zeros(n + 1, np.int32)
+    np.cumsum(np.bincount(rows, minlength=n), out=start[1:])
+    return start, np.ascontiguousarray(values[np.argsort(rows, kind="stable")])

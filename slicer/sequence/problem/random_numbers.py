@@ -1,0 +1,37 @@
+"""Random numbers and hashes inside kernels: their seeds, the generator, and what mixes the bits of both.
+
+The generator is splitmix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA
+2014).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel
+
+INCREMENT = np.uint64(0x9E3779B97F4A7C15)
+
+
+def random_state(seed: int, *stream: int) -> NDArray[np.uint64]:
+    """uint64 (1,), the state of ``draw``; ``stream`` tells apart several searches with one seed."""
+    return np.random.SeedSequence([seed, *stream]).generate_state(1, np.uint64).astype(np.uint64)
+
+
+@bare_kernel
+def draw(state: NDArray[np.uint64]) -> float:
+    """The next random number in [0, 1)."""
+    state[0] += INCREMENT
+    return float(_mixed(state[0]) >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+
+
+@bare_kernel
+def scrambled(number: int) -> np.uint64:
+    """A well mixed 64-bit number."""
+    return _mixed(np.uint64(number) * INCREMENT)
+
+
+@bare_kernel
+def _mixed(z: np.uint64) -> np.uint64:
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))

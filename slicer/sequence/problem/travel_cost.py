@@ -1,0 +1,84 @@
+"""What a travel costs: its length, or the seconds that the machine's axes need for it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel
+from slicer.sequence.problem.objective import CostModel
+from slicer.skyline import EPS_MM
+
+FORBIDDEN = 1e30
+"""Cost of what must not be."""
+
+
+@bare_kernel
+def leg_cost(cost_model: CostModel, dx: float, dy: float) -> float:
+    """Cost of one straight leg by (dx, dy) mm: its length in mm, or its time in s.
+
+    The time is that of a trapezoidal speed profile from rest to rest, along the leg, under the limits
+    of path and axes: speed up with a, hold v, slow down with a; 2·√(L/a) where v is never reached.
+    """
+    length = float(np.sqrt(dx * dx + dy * dy))
+    if not cost_model.timed:
+        return length
+    if length <= EPS_MM:  # rounding; the root of even 1e-16 mm would be time
+        return 0.0
+    ux, uy = abs(dx) / length, abs(dy) / length
+    v, a = cost_model.speed, cost_model.acceleration
+    if ux > 0.0:
+        v, a = min(v, cost_model.speed_x / ux), min(a, cost_model.acceleration_x / ux)
+    if uy > 0.0:
+        v, a = min(v, cost_model.speed_y / uy), min(a, cost_model.acceleration_y / uy)
+    if length * a < v * v:
+        return float(2.0 * np.sqrt(length / a))
+    return float(length / v + v / a)
+
+
+@bare_kernel
+def direct_cost(cost_model: CostModel, dx: float, dy: float) -> float:
+    """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included."""
+    cost = leg_cost(cost_model, dx, dy)
+    if cost_model.fixed > 0.0 and dx * dx + dy * dy > max(cost_model.fixed_from, EPS_MM) ** 2:
+        cost += cost_model.fixed
+    return cost
+
+
+@bare_kernel
+def arc_cost(points: NDArray[np.float64], cost_model: CostModel, u: int, v: int) -> float:
+    """Cost of the direct travel from the end of oriented toolpath ``u`` to the entry of ``v``.
+
+    ``points`` is float64 (2n, 2), the entry of each oriented toolpath. A negative ``v`` stands for the
+    end of the sequence and costs nothing. A negative ``u`` stands before the first toolpath: -1 costs
+    nothing, -2 forbids to begin with a flipped toolpath and -3 with one that is not.
+    """
+    if v < 0:
+        return 0.0
+    if u < 0:
+        return 0.0 if u == -1 or (v & 1) == -2 - u else FORBIDDEN
+    return direct_cost(cost_model, points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1])
+
+
+@bare_kernel
+def costs_at_least(points: NDArray[np.float64], cost_model: CostModel, u: int, v: int, most: float) -> bool:
+    """Whether the direct travel from ``u`` to ``v`` costs at least ``most``, as far as that is cheap to tell.
+
+    No travel of length L takes less than L / v, so that no root has to be drawn.
+    """
+    if u < 0 or v < 0:
+        return most <= 0.0
+    if cost_model.timed:
+        most *= cost_model.speed
+    dx, dy = points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1]
+    return most <= 0.0 or dx * dx + dy * dy >= most * most
+
+
+@bare_kernel
+def direct_sum(segments: NDArray[np.float64], cost_model: CostModel, oriented: NDArray[np.int32]) -> float:
+    """The cost of a sequence whose travels are all straight."""
+    total = 0.0
+    for k in range(1, len(oriented)):
+        u, v = oriented[k - 1], oriented[k]
+        dx = segments[v >> 1, v & 1, 0] - segments[u >> 1, 1 - (u & 1), 0]
+        dy = segments[v >> 1, v & 1, 1] - segments[u >> 1, 1 - (u & 1), 1]
+        total += direct_cost(cost_model, dx, dy)
+    return total

@@ -1,0 +1,28 @@
+"""What can be printed at a moment: down-sets, blocks of columns, corridors, and the skylines over them."""
+
+from slicer.sequence.states.block_states import OUTSIDE
+from slicer.sequence.states.blocks import Blocks, connect, cover
+from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
+from slicer.sequence.states.corridor import extent, widest_corridor
+from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
+from slicer.sequence.states.ground import Ground
+from slicer.sequence.states.section import NONE, Section, extents
+
+__all__ = [
+    "NONE",
+    "OUTSIDE",
+    "Blocks",
+    "DownSets",
+    "Ground",
+    "Section",
+    "Skylines",
+    "all_down_sets",
+    "connect",
+    "cover",
+    "down_sets",
+    "extent",
+    "extents",
+    "sets_of_states",
+    "skylines",
+    "widest_corridor",
+]

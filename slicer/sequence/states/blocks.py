@@ -1,0 +1,148 @@
+"""Blocks of neighbouring columns: all that can be printed of a block, and how it goes on from there.
+
+A sheet is covered by blocks of columns that overlap in one column each: columns 0-1, 1-2, 2-3 and so on, or
+0-2, 2-4. A state of a block is one down-set of each of its columns. Its graph is small enough to be held
+as a whole where that of the sheet never is.
+"""
+
+from itertools import pairwise
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.states.block_states import OUTSIDE, fill_states, number_states, prune_unreachable
+from slicer.sequence.states.downsets import DownSets
+from slicer.sequence.states.section import NONE, Section
+
+__all__ = ["OUTSIDE", "Blocks", "connect", "cover"]
+
+
+class Blocks(NamedTuple):
+    """The state graphs of all blocks, one after the other; every step leads to a higher number.
+
+    Each state has *values*, numbered through as well: the nozzle left of the block, right of it, and at
+    the end of each maximal element of the state in either direction.
+
+    Attributes:
+        bounds: int32 (b + 1,); block k has the columns bounds[k] .. bounds[k + 1], both included.
+        path_start, path: int32, the toolpaths of each block; a block numbers its own from 0.
+        state_start: int32 (b + 1,), the states of each block, from nothing printed to everything.
+        move_start: int32 (s + 1,), the steps from each state.
+        move_path, move_to, move_value: int32, the toolpath of a step (in its block's numbers), the state
+            it leads to, and the value there for its direction 0; that for direction 1 is the next.
+        value_start: int32 (s + 1,), the values of each state.
+        value_path: int32, the oriented toolpath (in its block's numbers) of each value, or ``NONE``.
+        dense: int64 (s,), the row-major number of each state among the tuples of down-sets.
+        home: int32 (c, 2), the first and the last block that has a column.
+        column_size: int32 (c,), the number of toolpaths of each column.
+        column_start: int32 (c + 1,), the number of those in all columns before each.
+    """
+
+    bounds: NDArray[np.int32]
+    path_start: NDArray[np.int32]
+    path: NDArray[np.int32]
+    state_start: NDArray[np.int32]
+    move_start: NDArray[np.int32]
+    move_path: NDArray[np.int32]
+    move_to: NDArray[np.int32]
+    move_value: NDArray[np.int32]
+    value_start: NDArray[np.int32]
+    value_path: NDArray[np.int32]
+    dense: NDArray[np.int64]
+    home: NDArray[np.int32]
+    column_size: NDArray[np.int32]
+    column_start: NDArray[np.int32]
+
+    @property
+    def blocks(self) -> int:
+        """The number of blocks."""
+        return len(self.state_start) - 1
+
+    @property
+    def arcs(self) -> int:
+        """The travels that one evaluation looks at: from each end of a state to each of its next entries."""
+        ends = np.diff(self.value_start).astype(np.int64) - OUTSIDE
+        return int(2 * (ends * np.diff(self.move_start)).sum())
+
+    def shape(self, k: int, sets: DownSets) -> tuple[int, ...]:
+        """The numbers of down-sets of the columns of block k."""
+        return tuple(int(d) for d in sets.counts[self.bounds[k] : self.bounds[k + 1] + 1])
+
+    def alive(self, k: int, sets: DownSets) -> NDArray[np.bool_]:
+        """bool, shape ``shape(k)``: which tuples of down-sets are states of block k."""
+        out = np.zeros(self.shape(k, sets), np.bool_)
+        out.flat[self.dense[self.state_start[k] : self.state_start[k + 1]]] = True
+        return out
+
+
+def cover(sets: DownSets, most_states: int = 0) -> NDArray[np.int32]:
+    """int32 (b + 1,), the ``bounds`` of blocks of two columns, or of more where those have few states.
+
+    Args:
+        sets: the down-sets of the columns.
+        most_states: a block of three columns and more has at most so many.
+    """
+    count = [int(d) for d in sets.counts]
+    bounds = [0]
+    while bounds[-1] < len(count) - 1 or len(bounds) < 2:
+        end = min(bounds[-1] + 1, len(count) - 1)
+        states = prod(count[bounds[-1] : end + 1])
+        while end + 1 < len(count) and states * count[end + 1] <= most_states:
+            end += 1
+            states *= count[end]
+        bounds.append(end)
+    return np.array(bounds, np.int32)
+
+
+def connect(
+    section: Section,
+    sets: DownSets,
+    bounds: NDArray[np.int32],
+    allowed: list[NDArray[np.bool_]] | None = None,
+) -> Blocks:
+    """Build the state graphs, of what can be reached from nothing and can still be completed.
+
+    Args:
+        section: what is ordered.
+        sets: its down-sets.
+        bounds: see ``Blocks``.
+        allowed: for each block, bool of the shape of its down-sets: which states may be there.
+    """
+    count = sets.counts
+    shapes = [tuple(count[a : b + 1]) for a, b in pairwise(bounds)]
+    dense_start = np.concatenate([[0], np.cumsum([int(np.prod(s)) for s in shapes])]).astype(np.int64)
+    alive = np.ones(dense_start[-1], np.bool_)
+    if allowed is not None:
+        alive = np.concatenate([a.ravel() for a in allowed])
+    last = section.last >> 1 if section.last != NONE else NONE
+    ends = np.array([section.column[s] if s != NONE else NONE for s in (section.first, last)], np.int32)
+    prune_unreachable(bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, ends)
+    order = np.lexsort((sets.local, section.column))
+    column_start = np.concatenate([[0], np.cumsum(sets.size)]).astype(np.int32)
+    members = [order[column_start[a] : column_start[b + 1]] for a, b in pairwise(bounds)]
+    path_start = np.concatenate([[0], np.cumsum([len(m) for m in members])]).astype(np.int32)
+    numbers = number_states(
+        bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, sets.top_start
+    )
+    move_path, move_to, move_value, value_path = fill_states(bounds, dense_start, numbers, sets)
+    columns = np.arange(section.columns)
+    inner = np.searchsorted(bounds, columns, side="left")
+    home = np.stack([np.maximum(inner - 1, 0), np.searchsorted(bounds, columns, side="right") - 1], axis=1)
+    return Blocks(
+        bounds,
+        path_start,
+        np.concatenate(members).astype(np.int32),
+        numbers.state_start,
+        numbers.move_start,
+        move_path,
+        move_to,
+        move_value,
+        numbers.value_start,
+        value_path,
+        numbers.dense,
+        np.minimum(home, len(bounds) - 2).astype(np.int32),
+        sets.size,
+        column_start,
+    )

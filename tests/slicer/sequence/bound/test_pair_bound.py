@@ -1,0 +1,108 @@
+"""The column-pair bound: below every sequence, whatever its multipliers are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slicer.sequence import Problem
+from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.problem.objective import Objective
+from slicer.sequence.states.blocks import cover
+from slicer.sequence.states.downsets import down_sets
+from slicer.sequence.states.section import Section
+
+SLOW_Z = Objective("time", 0.0, (20.0, 20.0, 2.0), (500.0, 500.0, 30.0), fixed_s=0.05, fixed_from_mm=0.3)
+
+
+def bound_over(section: Section, most_states: int = 0) -> PairBound:
+    """The bound over pairs of columns, or over more where those have few states."""
+    sets = down_sets(section, 10**6)
+    return PairBound.over(section, sets, cover(sets, most_states))
+
+
+def start_anyhow(segments: np.ndarray, seed: int) -> Problem:
+    """The start free or fixed, and its direction as well."""
+    random = np.random.default_rng(seed)
+    problem = Problem.build(segments)
+    flipped = [None, False, True][random.integers(3)]
+    first = int(random.choice(problem.starts) >> 1) if random.random() < 0.5 else None
+    return Problem.build(segments, first=first, first_flipped=flipped)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    width=st.integers(2, 4),
+    objective=st.sampled_from([Objective(), SLOW_Z]),
+    noise=st.booleans(),
+)
+def test_no_multipliers_make_the_bound_exceed_the_optimum(sheet, optimum, seed, width, objective, noise):
+    problem = start_anyhow(sheet(seed, 8, 2), seed)
+    section = Section.whole(problem, objective)
+    bound = bound_over(section, 30**width)
+    best = optimum(problem, objective)
+    if noise:
+        bound.best += np.random.default_rng(seed).normal(0.0, 0.5, len(bound.best))
+    else:
+        bound.improve(1.1 * best, 60)
+        assert bound.bound <= best + 1e-9
+    bound.use_best_multipliers()
+    assert bound.bound <= best + 1e-9
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_one_block_over_all_columns_gives_the_optimum(sheet, optimum, seed):
+    problem = start_anyhow(sheet(seed, 8, 2), seed)
+    section = Section.whole(problem, Objective())
+    bound = bound_over(section, 10**9)
+    bound.use_best_multipliers()
+    assert bound.bound == pytest.approx(optimum(problem), abs=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_a_section_ends_where_it_must(sheet, optimum, seed):
+    problem = Problem.build(sheet(seed, 8, 3))
+    last = 2 * problem.n - 2 + seed % 2
+    part = Problem.build(problem.segments, first=0, first_flipped=seed % 3 == 0)
+    section = replace(Section.whole(part, Objective()), last=last)
+    for most_states in (0, 10**9):
+        bound = bound_over(section, most_states)
+        best = optimum(part, last=last)
+        bound.improve(best, 40)
+        bound.use_best_multipliers()
+        assert bound.bound <= best + 1e-9
+        if most_states:
+            assert bound.bound == pytest.approx(best, abs=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_striking_out_states_spares_the_optimum(sheet, optimum, seed):
+    problem = start_anyhow(sheet(seed, 8, 2), seed)
+    section = Section.whole(problem, Objective())
+    best = optimum(problem)
+    bound = bound_over(section)
+    for _ in range(3):
+        if bound.improve(best, 10):
+            break
+        bound.use_best_multipliers()
+        bound.fix_states(best + 1e-9)
+    bound.use_best_multipliers()
+    assert bound.bound <= best + 1e-9
+
+
+def test_the_bound_of_two_tiles_side_by_side_is_the_optimum():
+    y = np.arange(4) * 0.5
+    left = np.stack([np.stack([0 * y, y], 1), np.stack([0 * y + 1, y], 1)], 1)
+    segments = np.concatenate([left, left + np.array([1.0, 0.0])])
+    problem = Problem.build(segments, first=0, first_flipped=False)
+    section = Section.whole(problem, Objective())
+    bound = bound_over(section)
+    bound.use_best_multipliers()
+    # Every line of both tiles in turn, to and fro: a step up after each pair of lines.
+    assert bound.bound == pytest.approx(1.5)

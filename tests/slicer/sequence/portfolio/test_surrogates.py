@@ -1,0 +1,114 @@
+"""Routed objectives: what comes first when time is short, what is told on the way, what is counted."""
+
+import time
+
+import numpy as np
+import pytest
+
+from slicer.generate import random_walk
+from slicer.hatch import hatch
+from slicer.sequence import Problem, solve
+from slicer.sequence.portfolio import surrogates
+from slicer.sequence.problem.method import Found, Options, Progress
+from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.sequence_cost import true_cost
+
+MACHINE = {"clearance_mm": 0.2, "speed_mm_s": (20.0, 20.0, 2.0), "acceleration_mm_s2": (500.0, 500.0, 30.0)}
+GOALS = [Objective("routed", **MACHINE), Objective("time", **MACHINE)]
+
+
+def sheet(seed: int = 1, size: int = 5) -> Problem:
+    return Problem.build(hatch(random_walk(size, size, seed=seed, spacing_mm=0.2)).segments, first=0)
+
+
+@pytest.mark.parametrize("objective", GOALS, ids=lambda objective: objective.name)
+@pytest.mark.parametrize("method", ["auto", "local", "exact", "greedy", "aco"])
+def test_progress_is_in_the_unit_of_the_goal_and_never_rises(method, objective):
+    problem = sheet()
+    heard: list[Progress] = []
+    result = solve(problem, method=method, effort="quick", objective=objective, progress=heard.append)
+    costs = [word.cost for word in heard]
+    assert costs == sorted(costs, reverse=True)
+    assert costs[-1] == pytest.approx(result.cost)
+    for word in heard:
+        assert word.cost == pytest.approx(true_cost(problem, objective, word.oriented))
+        assert word.lower_bound is None or word.lower_bound <= result.cost + 1e-9
+
+
+@pytest.mark.parametrize("objective", GOALS, ids=lambda objective: objective.name)
+def test_whoever_listens_changes_nothing(objective):
+    problem = sheet(2)
+    alone = solve(problem, effort="quick", objective=objective)
+    heard = solve(problem, effort="quick", objective=objective, progress=lambda _: None)
+    assert np.array_equal(alone.order, heard.order)
+    assert alone.cost == heard.cost
+
+
+@pytest.mark.parametrize(("objective", "own"), [(GOALS[0], "straight"), (GOALS[1], "time")])
+def test_when_time_is_short_the_own_kind_comes_first(objective, own):
+    aimed: list[str] = []
+
+    def method(problem: Problem, options: Options) -> Found:
+        aimed.append(options.objective.name)
+        time.sleep(max(0.0, options.deadline - time.perf_counter()))
+        return Found(options.initial, stopped=True)
+
+    problem = sheet()
+    start = solve(problem, method="greedy")
+    oriented = (2 * start.order + start.flipped).astype(np.int32)
+    options = Options(objective=objective, initial=oriented, deadline=time.perf_counter() + 2)
+    found = surrogates.search_by_surrogates(problem, method, None, options, refined=True, windows=False)
+    assert aimed == [own]
+    assert found.stopped
+    # What the stopped search has found is refined all the same.
+    assert true_cost(problem, objective, found.oriented) < true_cost(problem, objective, oriented)
+
+
+def test_ctrl_c_in_the_first_search_ends_them_all(monkeypatch):
+    def method(problem: Problem, options: Options) -> Found:
+        return Found(options.initial, stopped=True)
+
+    def too_late(*_):
+        raise AssertionError("Ctrl-C had come before")
+
+    monkeypatch.setattr(surrogates, "refine", too_late)
+    problem = sheet()
+    start = solve(problem, method="greedy")
+    options = Options(objective=GOALS[1], initial=(2 * start.order + start.flipped).astype(np.int32))
+    found = surrogates.search_by_surrogates(problem, method, method, options, refined=True, windows=True)
+    assert found.stopped
+
+
+def test_what_every_search_counts_is_added_up(monkeypatch):
+    def method(problem: Problem, options: Options) -> Found:
+        return Found(options.initial, 10, 100)
+
+    problem = sheet()
+    start = solve(problem, method="greedy")
+    oriented = (2 * start.order + start.flipped).astype(np.int32)
+    options = Options(objective=GOALS[0], initial=oriented, effort="quick")
+    found = surrogates.search_by_surrogates(problem, method, method, options, refined=True, windows=False)
+    assert (found.nodes_visited, found.states_created) == (30, 300)
+    greedy = solve(problem, method="greedy", objective=GOALS[0])
+    assert greedy.nodes_visited == start.nodes_visited == problem.n
+
+
+@pytest.mark.parametrize("objective", GOALS, ids=lambda objective: objective.name)
+def test_an_order_without_directions_is_no_dearer_than_as_it_stands(objective):
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        problem = sheet(seed, 2)
+        order = random.permutation(problem.n)
+        rank = np.argsort(order)
+        while len(broken := [e for e in problem.edges if rank[e[0]] > rank[e[1]]]) or order[0] != 0:
+            if order[0] != 0:
+                at = int(rank[0])
+                order[0], order[at] = order[at], order[0]
+            else:
+                low, high = broken[0]
+                order[rank[low]], order[rank[high]] = high, low
+            rank = np.argsort(order)
+        for flip in (0, 1):
+            plain = true_cost(problem, objective, (2 * order + flip).astype(np.int32))
+            result = solve(problem, method="greedy", objective=objective, initial=order)
+            assert result.cost <= plain + 1e-9
