@@ -64,6 +64,7 @@ class Sender:
         self.heating = 0  # the last line that waits for a heater
         self.unasked = 0  # oks with temperatures while no mark was in flight
         self.marked = 0  # the number of the last mark
+        self.allowed_s = 0.0  # how much longer than usual the lines in flight may take
         self.blocks_s: Sequence[float] = ()  # for each command how long it may keep the printer busy
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
@@ -208,11 +209,12 @@ class Sender:
             return
         silence, stalled = now - self.heard.at, now - self.progressed
         self.heard.silent_until(now)
+        self.allowed_s = self._blocked_s(PLANNED)
         if self.state is State.ABORT:
             self._end(State.KILLED, "sent M112, which the printer did not confirm: switch it off")
         elif self.state is State.BOOT:
             self._greet(now)
-        elif silence >= self.settings.give_up_after_s + self._blocked_s(PLANNED):
+        elif silence >= self.settings.give_up_after_s + self.allowed_s:
             self._fail(
                 f"nothing was heard for {silence:.0f} s", "Check the power, the cable and the baud rate."
             )
@@ -220,11 +222,11 @@ class Sender:
             self._fail(
                 f"no line was acknowledged for {stalled:.0f} s", "Check the printer and the baud rate."
             )
-        elif self.state is State.HELLO:
+        elif self.state is State.HELLO and now >= self.probe_due:
             if self.heard.answered and self.window.mark != OTHER_MARK:
                 self.window.use_other_mark()  # it answers, and never with temperatures
             self._greet(now)
-        elif self.window.waiting:
+        elif self.window.waiting and now >= self.probe_due:
             self._probe(now)
         self._fill(now)
 
@@ -268,7 +270,7 @@ class Sender:
         if self.state is State.ABORT:
             return self.progressed + HALT_S
         if self.state is State.HELLO or self.window.waiting:
-            silence_ends = self.heard.at + self.settings.give_up_after_s
+            silence_ends = self.heard.at + self.settings.give_up_after_s + self.allowed_s
             return min(self.probe_due, silence_ends, self.progressed + self._patience)
         return self.polled + self.settings.poll_s
 
@@ -276,7 +278,7 @@ class Sender:
     def _patience(self) -> float:
         if self.state is State.HELLO:
             return self.settings.give_up_after_s
-        return self.settings.stall_after_s + self._blocked_s(PLANNED)
+        return self.settings.stall_after_s + self.allowed_s
 
     def _blocked_s(self, behind: int) -> float:
         """For how long the lines in flight, and ``behind`` before them, may keep the printer busy."""
@@ -411,7 +413,7 @@ class Sender:
 
     def _alive(self, now: float) -> None:
         if self.state is not State.ABORT:
-            self.progressed, self.probes = now, 0
+            self.progressed, self.probes, self.allowed_s = now, 0, 0.0
             after = self.settings.probe_after_s
             self.probe_due = now + (min(RECOVERY_S, after) if self.resends.open else after)
 
