@@ -3,8 +3,9 @@
 from collections import deque
 
 from printer.protocol import Action, Capability, Ok, Position, Reading, Reply, Start, Temperature
+from printer.words import UNHOMED, UNKNOWN
 
-WARNINGS = ("unknown command", "cold extrusion", "too long extrusion", "not homed", "home first")
+WARNINGS = (UNKNOWN, UNHOMED)
 MOST_WARNINGS = 1000
 
 
@@ -19,7 +20,9 @@ class Heard:
         self.position: dict[str, float] | None = None
         self.rebooted = False  # it said start
         self.messages: deque[str] = deque(maxlen=100)  # for a display, which takes them away
+        self.answered = False  # any ok was heard
         self.warnings: list[str] = []
+        self.refused: list[str] = []  # what was not done, in the firmware's words
 
     def line(self, line: bytes, now: float) -> None:
         """Something was said."""
@@ -50,11 +53,20 @@ class Heard:
 
     def remark(self, text: str) -> None:
         """Keep an echo that is a warning."""
-        low = text.lower()
-        if any(words in low for words in WARNINGS):
-            self.messages.append(text)
-            if len(self.warnings) < MOST_WARNINGS:
-                self.warnings.append(text)
+        if any(pattern.search(text) for pattern in WARNINGS):
+            self.warn(text)
+
+    def warn(self, text: str) -> None:
+        """Show it, and keep it for the report."""
+        self.messages.append(text)
+        if len(self.warnings) < MOST_WARNINGS:
+            self.warnings.append(text)
+
+    def refuse(self, text: str) -> None:
+        """Keep what a firmware says of a command that it did not carry out."""
+        self.warn(text)
+        if len(self.refused) < MOST_WARNINGS:
+            self.refused.append(text)
 
     @property
     def last_words(self) -> str:

@@ -1,5 +1,6 @@
 """Runs the state machine of `printer.sender` on a real port: one thread that reads and answers."""
 
+import re
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -16,8 +17,10 @@ from printer.protocol import fault_of
 from printer.report import Progress, Report, State
 from printer.sender import Sender
 from printer.settings import Settings
+from printer.waits import durations
 
 PROGRESS_S = 0.2
+END_OF_LINE = re.compile(rb"[\r\n]+")
 LONGEST_REPLY = 4096  # bytes without a newline are no reply of a printer: a wrong baud rate, noise
 
 
@@ -101,6 +104,7 @@ class Job:
             self._sender = sender = Sender(commands, self.settings, clock(), self.before)
             reader = threading.Thread(target=self._serve, args=(sender, clock), name="printer", daemon=True)
             reader.start()
+            sender.blocks_s = durations(commands)  # the printer boots meanwhile
             try:
                 self._watch(sender, reader, clock)
             except BaseException:
@@ -148,7 +152,7 @@ class Job:
             received = port.read(port.in_waiting or 1)
             now = clock()
             if received:
-                *lines, rest = (rest + received).split(b"\n")
+                *lines, rest = END_OF_LINE.split(rest + received)
                 if len(rest) > LONGEST_REPLY:
                     lines, rest = [*lines, rest], b""
                 sender.receive(lines, now)
@@ -215,6 +219,7 @@ class Job:
             sender.heard.rebooted,
             sender.heard.position,
             dict(sender.heard.capabilities),
+            tuple(sender.heard.refused),
         )
 
 

@@ -9,6 +9,8 @@ from functools import reduce
 from operator import xor
 from typing import TypeAlias
 
+from printer.words import FATAL, RESET, START
+
 MAX_LINE = 95
 """Longest line in bytes, newline apart: Marlin keeps MAX_CMD_SIZE = 96 with the end mark."""
 
@@ -114,10 +116,13 @@ class Resend:
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """An ``Error:`` line. ``resend`` is true if it only announces a Resend."""
+    """An ``Error:`` line. ``resend`` is true if it only announces a Resend, with ``last`` the last line that
+    the printer took, if it says so; ``fatal`` if the firmware has halted."""
 
     text: str
     resend: bool
+    last: int | None = None
+    fatal: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +150,10 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """The printer has just booted, and knows neither its position nor its line counter."""
+    """The printer has just booted, and knows neither its position nor its line counter. ``clear`` is false
+    where it was only glued to something else, or said in other words than ``start``."""
+
+    clear: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,16 +181,17 @@ class Other:
 Reply: TypeAlias = Ok | Resend | Error | Busy | Temperature | Action | Start | Position | Capability | Other
 
 PLAIN_OK = Ok()
-OK = re.compile(r"ok(?=$|[\s:])(.*)", re.DOTALL)
+OK = re.compile(r"ok(?=$|[\s:])(.*)", re.DOTALL | re.IGNORECASE)
 ADVANCED = re.compile(r"\b([NPB])(\d{1,9})\b")
 RESEND = re.compile(r"(?:resend|rs)\s*:?\s*(?:N\s*:?\s*)?(-?\d{1,10})?(?![\d.])", re.IGNORECASE)
 HEATER = re.compile(r"\b(T\d?|B|C|P|R)\s*:\s*(-?\d{1,5}(?:\.\d*)?)(?:\s*/\s*(-?\d{1,5}(?:\.\d*)?))?")
 TEMPERATURE = re.compile(r"\s*(?:T\d?|B|C)\s*:\s*-?\d")
-POSITION = re.compile(r"\s*X:\s*-?\d+(?:\.\d*)?\s+Y:")
+POSITION = re.compile(r"\s*(?:C:\s*)?X:\s*-?\d+(?:\.\d*)?\s+Y:")
 AXIS = re.compile(r"\b([XYZEABCUVW]):\s*(-?\d{1,9}(?:\.\d{0,30})?)")
 BUSY = re.compile(r"(?:echo:\s*)?busy\b:?")
 CAPABILITY = re.compile(r"Cap:(\w+):([01])")
 ACTION = re.compile(r"//\s*action:\s*(\S+)\s*(.*)", re.DOTALL)
+LAST_LINE = re.compile(r"last line\s*:\s*(\d{1,10})(?!\d)", re.IGNORECASE)
 LINE_ERROR = re.compile(r"checksum|line number|last line|expected line", re.IGNORECASE)
 
 
@@ -193,7 +202,10 @@ def parse_reply(line: bytes) -> Reply:
     """
     if line in (b"ok\n", b"ok\r\n", b"ok"):
         return PLAIN_OK  # nearly every line is this one
-    text = line.decode(errors="replace").rstrip("\r\n\0 ")
+    text = line.decode(errors="replace").strip("\r\n\0")
+    if START.search(text) or RESET.match(text.strip()):
+        return Start(text == "start")
+    text = text.rstrip(" ")
     if match := OK.match(text):
         return _ok(match[1])
     low = text.lower()
@@ -201,13 +213,14 @@ def parse_reply(line: bytes) -> Reply:
         return Resend(int(match[1]) if match[1] else None)
     if low.startswith(("error:", "!!")):
         words = text.split(":", 1)[-1].strip()
-        return Error(words, resend=bool(LINE_ERROR.search(words)))
+        if LINE_ERROR.search(words):
+            last = LAST_LINE.search(words)
+            return Error(words, resend=True, last=int(last[1]) if last else None)
+        return Error(words, resend=False, fatal=low.startswith("!!") or bool(FATAL.search(words)))
     if match := BUSY.match(low):
         return Busy(text[match.end() :].strip())
     if match := ACTION.match(text):
         return Action(match[1].lower(), match[2])
-    if text == "start":
-        return Start()
     return _report(text)
 
 

@@ -49,7 +49,8 @@ class Report:
 
     ``sent`` counts the program's commands that were handed over at least once, ``acknowledged`` those
     that the printer has taken, ``resent`` all lines sent again. Times are in seconds. ``message`` is why
-    the job ended early, ``warnings`` are the firmware's own words. ``rebooted`` tells that the printer
+    the job ended early, ``warnings`` are the firmware's own words, ``refused`` those of them that tell of a
+    command that it did not carry out. ``rebooted`` tells that the printer
     said ``start`` when its port was opened, so it knew no position; ``position`` is the last that it
     reported, in mm.
     """
@@ -66,3 +67,4 @@ class Report:
     rebooted: bool = False
     position: dict[str, float] | None = None
     capabilities: dict[str, bool] = field(default_factory=dict)
+    refused: tuple[str, ...] = ()

@@ -17,6 +17,7 @@ from printer.protocol import (
     Error,
     Ok,
     Other,
+    Position,
     Reply,
     Resend,
     Start,
@@ -25,15 +26,22 @@ from printer.protocol import (
     parse_reply,
 )
 from printer.report import State
+from printer.resends import FAR, REPEATS, Resends, Verdict
 from printer.safety import leave
 from printer.settings import Settings
-from printer.window import MARK, Window
+from printer.waits import blocking_s
+from printer.window import OTHER_MARK, Window
+from printer.words import HARMLESS, NO_SENSOR, PREVENTED, code_of, means, unknown_command
 
 # Nothing is sent before the ok of these. A line behind M410 is corrupted; behind one that waits for a
-# heater or a user, lines would fill the command slots, and M108 and M112 act early only if one is free.
-ALONE = frozenset({"M410", "M109", "M190", "M191", "M0", "M1", "M600"})
-REPEATS = 25  # requests for one line, or for impossible ones, after which the job fails
-FAR = 100  # lines behind the acknowledged one; a Resend from further back is obeyed when it is repeated
+# heater or a user, lines would fill the command slots, and M108 and M112 act early only if one is free; and
+# one that tells a position by itself would answer a mark behind it.
+ALONE = frozenset({"M410", "M109", "M190", "M191", "M0", "M1", "M600", "G28", "G29"})
+HEATS = frozenset({"M109", "M190", "M191", "M116", "M303"})
+PLANNED = 24  # commands that may still be under way behind the last one that was acknowledged
+RECOVERY_S = 0.4  # after a resend, silence is broken sooner
+HALT_S = 5.0  # for the confirmation of M112
+UNASKED = 2  # oks with temperatures that nobody asked for, after which they are oks like any other
 
 
 class Sender:
@@ -50,11 +58,14 @@ class Sender:
         self.state, self.message, self.paused = State.BOOT, "", False
         self.pending = deque(["M115", *before])  # lines of our own that go next
         self.end, self.tail_given = len(commands), False
+        self.resends = Resends(self.window)
         self.probe: int | None = None  # the number of the mark that was sent into a silence
-        self.swallow = False  # the next plain ok belongs to a Resend
         self.alone: int | None = None  # this line goes alone, until it is acknowledged
-        self.asked, self.late, self.repeats = 0, 0, 0  # the last Resend, its echoes to come, its count
-        self.doubted = 0  # a Resend that was not believed when it came first
+        self.heating = 0  # the last line that waits for a heater
+        self.unasked = 0  # oks with temperatures while no mark was in flight
+        self.marked = 0  # the number of the last mark
+        self.allowed_s = 0.0  # how much longer than usual the lines in flight may take
+        self.blocks_s: Sequence[float] = ()  # for each command how long it may keep the printer busy
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
         self.begun = self.progressed = self.polled = now
@@ -72,57 +83,138 @@ class Sender:
         self._fill(now)
 
     def _react(self, reply: Reply, now: float) -> None:
-        window = self.window
         if reply is not PLAIN_OK:
             self.heard.note(reply)
         match reply:
-            case Ok(readings=readings) if self.state is State.HELLO:
-                if readings is not None:  # the first mark: the printer counts from 0 now
-                    self.state = State.RUN
-                    self._take(1, now)
-            case Ok(number, _, buffer, readings):
-                if readings is not None:
-                    if number is not None and number < window.sent:
-                        self._take(number, now)
-                    elif self.probe is not None or window.marks:
-                        self._take(window.marks[0] if self.probe is None else self.probe, now)
-                elif number is not None and number < window.sent:
-                    self.room, self.swallow = buffer or 0, False
-                    self._take(number, now)
-                elif self.swallow:
-                    self.swallow = False
-                elif window.lines and not (window.marks and window.marks[0] == window.acked):
-                    self._take(window.acked, now)  # else it is one ok too many
+            case Ok():
+                self._ok(reply, now)
             case Resend(number):
-                self._rewind(number, now)
-            case Error(resend=True):
-                self.swallow = True
-            case Error(text) if self.state is State.ABORT:
-                self._end(State.KILLED, f"halted with M112; the printer confirms: {text}")
-            case Error(text):
-                self._fail(f"the printer stopped, in its own words: {text}", "Find the cause, then reset it.")
-            case Start() if self.state in (State.BOOT, State.HELLO):
-                self._greet(now)
+                self._resend(number, now)
+            case Error(resend=True, last=last):
+                self.resends.announced(last)
+            case Error():
+                self._error(reply, now)
+            case Start(clear) if self.state in (State.BOOT, State.HELLO):
+                if clear:
+                    self._greet(now)
             case Start():
-                self._fail("the printer was reset in the middle of the job", "It has forgotten its position.")
+                self._lose("the printer was reset in the middle of the job")
+            case Position() if self.window.mark == OTHER_MARK:
+                self._answered(now)
+                self.resends.swallow = True  # its ok comes behind it
             case Busy() | Temperature(waiting=True):
                 self._alive(now)
+            case Temperature() if self.heating >= self.window.proved:
+                self._alive(now)  # firmwares differ in how they report while they heat
             case Action(name):
                 self._obey(name, now)
             case Other(text):
-                self.heard.remark(text)
+                self._remark(text)
+
+    def _ok(self, reply: Ok, now: float) -> None:
+        window = self.window
+        self.heard.answered = True
+        if self._answers_mark(reply):
+            self._answered(now, reply.number)
+        elif self.state is State.HELLO:
+            return  # that of M110; the mark behind it tells that both have arrived
+        elif reply.number is not None and reply.number < window.sent:
+            self.room, self.resends.swallow = reply.buffer or 0, False
+            if reply.number == window.acked:  # as expected, so no digit of it is damaged
+                window.prove(reply.number)
+            self._take(reply.number, now)
+        elif self.resends.ok():
+            return
+        elif window.lines and not (window.marks and window.marks[0] == window.acked):
+            self._take(window.acked, now)  # else it is one ok too many
+
+    def _answers_mark(self, reply: Ok) -> bool:
+        """Whether an ok can only be that of a mark."""
+        window = self.window
+        if window.mark == OTHER_MARK:
+            return reply.axes is not None
+        if reply.readings is None:
+            return False
+        if self.state is State.HELLO or window.marks or self.probe is not None:
+            return True
+        self.unasked += 1
+        if self.unasked >= UNASKED:
+            window.use_other_mark()
+        return False
+
+    def _answered(self, now: float, number: int | None = None) -> None:
+        """A mark was answered: everything up to it has been taken."""
+        window = self.window
+        if self.state is State.HELLO:
+            self.state, number = State.RUN, 1  # the printer counts from 0 now
+            window.prove(1)
+        elif number is None or number >= window.sent:
+            if self.probe is None and not window.marks:
+                return  # a position that nobody asked for
+            window.prove_answered(now)
+            self.resends.missed()
+            number = window.marks[0] if self.probe is None else self.probe
+        self._take(number, now)
+
+    def _error(self, error: Error, now: float) -> None:
+        """An error that asks for nothing: the end if the firmware has halted, else a matter of record."""
+        if self.state is State.ABORT:
+            self._end(State.KILLED, f"halted with M112; the printer confirms: {error.text}")
+        elif error.fatal:
+            self._fail(
+                f"the printer stopped, in its own words: {error.text}", "Find the cause, then reset it."
+            )
+        elif NO_SENSOR.search(error.text):
+            if self.window.mark != OTHER_MARK:
+                self.window.use_other_mark()
+                self.heard.warn("it has no temperature sensor: temperatures are unknown")
+                if self.state is State.HELLO:
+                    self.resends.swallow = False
+                    self._greet(now)
+        else:
+            self.heard.warn(f"Error: {error.text}")
+
+    def _remark(self, text: str) -> None:
+        """An echo: of something that was not done, or of no consequence."""
+        if PREVENTED.search(text):
+            self.heard.refuse(text)
+            self._fail(
+                f"the printer fed no material, in its own words: {text}",
+                "Heat the nozzle first (M109), or allow cold extrusion in the start lines (M302 P1).",
+            )
+            return
+        said = unknown_command(text)
+        if said is None:
+            self.heard.remark(text)
+            return
+        window = self.window
+        recent = range(max(1, window.acked - PLANNED), window.sent)
+        command = next((c for n in reversed(recent) if means(said, c := window.command(n))), None)
+        if command is None:
+            self.heard.remark(text)  # the remnant of a damaged line, which comes again
+        elif code_of(command) in HARMLESS:
+            self.heard.refuse(text)
+        elif self.state is State.STOP:
+            self.heard.refuse(text)  # it is stopping already
+        else:
+            self.heard.refuse(text)
+            self._fail(
+                f"the printer does not know {command!r}, which is needed: {text}",
+                "Take a profile that fits its firmware.",
+            )
 
     def tick(self, now: float) -> None:
         """Take the time: due at `deadline`, harmless earlier."""
         if self.state.final or now < self.deadline:
             return
-        settings, silence, stalled = self.settings, now - self.heard.at, now - self.progressed
+        silence, stalled = now - self.heard.at, now - self.progressed
         self.heard.silent_until(now)
+        self.allowed_s = self._blocked_s(PLANNED)
         if self.state is State.ABORT:
-            self._end(State.KILLED, "halted with M112; the printer did not confirm it: switch it off")
+            self._end(State.KILLED, "sent M112, which the printer did not confirm: switch it off")
         elif self.state is State.BOOT:
             self._greet(now)
-        elif silence >= settings.give_up_after_s:
+        elif silence >= self.settings.give_up_after_s + self.allowed_s:
             self._fail(
                 f"nothing was heard for {silence:.0f} s", "Check the power, the cable and the baud rate."
             )
@@ -130,9 +222,11 @@ class Sender:
             self._fail(
                 f"no line was acknowledged for {stalled:.0f} s", "Check the printer and the baud rate."
             )
-        elif self.state is State.HELLO:
+        elif self.state is State.HELLO and now >= self.probe_due:
+            if self.heard.answered and self.window.mark != OTHER_MARK:
+                self.window.use_other_mark()  # it answers, and never with temperatures
             self._greet(now)
-        elif self.window.waiting:
+        elif self.window.waiting and now >= self.probe_due:
             self._probe(now)
         self._fill(now)
 
@@ -148,7 +242,7 @@ class Sender:
             self.state, self.end = State.STOP, self.window.assigned
             self.pending, self.tail_given = deque(["M400", *leave(self.settings.safety)]), False
             self.output += b"M108\n"  # ends a wait for a heater or a user; its ok acknowledges nothing else
-            self.swallow = True
+            self.resends.swallow = True
             self._fill(now)
         elif self.state in (State.BOOT, State.HELLO):
             self._end(State.STOPPED, "stopped before the first line")
@@ -174,15 +268,26 @@ class Sender:
         if self.state is State.BOOT:
             return self.begun + self.settings.boot_wait_s
         if self.state is State.ABORT:
-            return self.progressed + self.settings.probe_after_s
+            return self.progressed + HALT_S
         if self.state is State.HELLO or self.window.waiting:
-            silence_ends = self.heard.at + self.settings.give_up_after_s
+            silence_ends = self.heard.at + self.settings.give_up_after_s + self.allowed_s
             return min(self.probe_due, silence_ends, self.progressed + self._patience)
         return self.polled + self.settings.poll_s
 
     @property
     def _patience(self) -> float:
-        return self.settings.give_up_after_s if self.state is State.HELLO else self.settings.stall_after_s
+        if self.state is State.HELLO:
+            return self.settings.give_up_after_s
+        return self.settings.stall_after_s + self.allowed_s
+
+    def _blocked_s(self, behind: int) -> float:
+        """For how long the lines in flight, and ``behind`` before them, may keep the printer busy."""
+        window = self.window
+        if self.state not in (State.RUN, State.STOP):
+            return 0.0
+        own = sum(blocking_s(window.command(n)) for n in range(window.acked, window.sent) if window.is_own(n))
+        first = max(0, window.index(window.acked) - behind)
+        return own + sum(self.blocks_s[first : window.index(window.sent)])
 
     # --- steps -------------------------------------------------------------------------------------
 
@@ -201,8 +306,12 @@ class Sender:
             command, data = window.next_line()
             if window.bytes and window.bytes + len(data) > self.settings.window_bytes:
                 break
-            if command[0] == "M" and command.split(maxsplit=1)[0] in ALONE:
+            if command[:2] in ("M1", "M4", "M6", "M0", "G2") and (code := code_of(command)) in ALONE:
                 self.alone = window.sent
+                if code in HEATS:
+                    self.heating = window.sent
+            if command == window.mark:
+                window.await_answer(window.sent, now)
             self.output += window.send()
         if self.tail_given and not self.pending and not window.waiting:
             self._end(State.FINISHED if self.state is State.RUN else State.STOPPED, "")
@@ -212,18 +321,22 @@ class Sender:
         window = self.window
         left = window.assigned < self.end
         if not self.pending and not left and not self.tail_given:
-            self.pending.extend(["M400", MARK])
+            self.pending.extend(["M400", window.mark])
             self.tail_given = True
         if self.pending:
             window.assign(self.pending.popleft())
-        elif now - self.polled >= self.settings.poll_s and not window.marks and not self.tail_given:
+        elif not window.marks and not self.tail_given and self._mark_due(now):
             self.polled = now
-            window.assign(MARK)
+            self.marked = window.assign(window.mark)
         elif left and not self.paused:
             window.assign()
         else:
             return False
         return True
+
+    def _mark_due(self, now: float) -> bool:
+        """Now and then, and before more lines than a mistaken count may span."""
+        return now - self.polled >= self.settings.poll_s or self.window.top - self.marked >= FAR
 
     def _take(self, through: int, now: float) -> None:
         """The printer has taken every line up to and with ``through``."""
@@ -232,44 +345,39 @@ class Sender:
             self.probe = None
         if self.alone is not None and through >= self.alone:
             self.alone = None
-        if through >= self.asked:
-            self.repeats = 0
+        self.resends.taken(through)
         self._alive(now)
 
-    def _rewind(self, number: int | None, now: float) -> None:
-        """Resend: act once, and send the line alone until the printer has taken it."""
-        self.swallow = True
+    def _resend(self, number: int | None, now: float) -> None:
+        """The printer asks for a line: act once, and send the line alone until the printer has taken it."""
         if self.state is State.HELLO:
             self._greet(now)
         if self.state not in (State.RUN, State.STOP):
             return
-        if number is not None and number == self.asked and self.late > 0:
-            self.late -= 1  # the echo of a line that was under way when we acted
-            return
-        self.repeats += 1
-        if self.repeats > REPEATS:
-            self._fail(
-                f"the printer asked {REPEATS} times in vain for a line, at last for {number} of "
-                f"{self.window.top - 1} that were sent",
-                "Something damages each copy of that line: check the cable, the baud rate and the firmware.",
-            )
-        elif number is not None and self._is_plausible(number):
-            if self.probe is not None:
-                self.window.take(number - 1)  # after a silence, no ok of those is to be expected
-            self.asked, self.late, self.probe = number, max(0, self.window.sent - number - 1), None
-            self.window.rewind(number)
-            self.alone = number
-            self.polled = now - self.settings.poll_s  # a mark soon: the count of oks is in doubt
-            self._alive(now)
-        # else the number was damaged: its next repeat, or the probe, brings the true one
-
-    def _is_plausible(self, number: int) -> bool:
-        """Whether a Resend may be believed: a lost digit must not send half the job again."""
-        if not 1 <= number <= self.window.top:
-            return False
-        believed = number >= self.window.acked - FAR or number == self.doubted
-        self.doubted = number
-        return believed
+        window = self.window
+        match self.resends.judge(number):
+            case Verdict.LOST:
+                self._lose(
+                    f"the printer asks for line {number}, although it has taken {window.proved - 1}: it was "
+                    "reset, or has lost count"
+                )
+            case Verdict.GIVE_UP:
+                self._fail(
+                    f"the printer asked {REPEATS} times in vain for a line, at last for {number} of "
+                    f"{window.top - 1} that were sent",
+                    "Something damages each copy of it: check the cable, the baud rate and the firmware.",
+                )
+            case Verdict.OBEY if number is not None:
+                if self.probe is not None:
+                    window.take(number - 1)  # after a silence, no ok of those is to be expected
+                self.resends.obeyed(number)
+                self.probe = None
+                window.rewind(number)
+                self.alone = number
+                self.polled = now - self.settings.poll_s  # a mark soon: the count of oks is in doubt
+                self._alive(now)
+            case Verdict.IGNORE if window.waiting and self.probe is None:
+                self.probe_due = min(self.probe_due, now + RECOVERY_S)
 
     def _probe(self, now: float) -> None:
         """Break a silence: end a half line, and send a mark whose number was never used before.
@@ -277,22 +385,24 @@ class Sender:
         If the printer takes it, all before it was taken; if not, this brings the Resend that was lost.
         """
         self.probes += 1
-        self.late = 0
-        self.probe = self.window.assign(MARK)
-        data = frame(self.probe, MARK)
+        self.resends.late, self.resends.open = 0, False
+        self.probe = self.marked = self.window.assign(self.window.mark)
+        self.window.await_answer(self.probe, now)
+        data = frame(self.probe, self.window.mark)
         if self.window.sent == self.probe:
             self.window.send()
         self.output += b"\n" + data
-        self.probe_due = now + self.settings.probe_after_s * (1 + self.probes)
+        self.probe_due = now + self.settings.probe_after_s * (1 + self.probes) + self._blocked_s(0)
         self.heard.messages.append(f"no answer for {now - self.progressed:.0f} s: asking the printer")
 
     def _greet(self, now: float) -> None:
         """Set the printer's counter to 0 and send line 1, a mark, whose answer tells that it worked."""
         if self.state is State.BOOT:
             self.progressed = self.heard.at = now
-            self.window.assign(MARK)
+            self.window.assign(self.window.mark)
+        self.window.rename(1, self.window.mark)
         self.state, self.probe_due = State.HELLO, now + self.settings.probe_after_s
-        self.output += b"\n" + HELLO + frame(1, MARK)
+        self.output += b"\n" + HELLO + frame(1, self.window.mark)
 
     def _obey(self, name: str, now: float) -> None:
         """Host actions; any other is only shown."""
@@ -302,8 +412,13 @@ class Sender:
             self.cancel(now)
 
     def _alive(self, now: float) -> None:
-        self.progressed, self.probes = now, 0
-        self.probe_due = now + self.settings.probe_after_s
+        if self.state is not State.ABORT:
+            self.progressed, self.probes, self.allowed_s = now, 0, 0.0
+            after = self.settings.probe_after_s
+            self.probe_due = now + (min(RECOVERY_S, after) if self.resends.open else after)
+
+    def _lose(self, what: str) -> None:
+        self._fail(what, "It has forgotten its position; nothing more was sent.")
 
     def _fail(self, what: str, advice: str) -> None:
         heard = (

@@ -3,7 +3,9 @@
 A *number* names one line on the wire and never changes its meaning, so that a printer that takes every
 number once, in order, prints every line once, whatever is lost, repeated or mistaken on the way::
 
-    1 <= acked <= sent <= top
+    1 <= proved <= acked <= sent <= top
+    [1, proved)     taken beyond doubt: a mark was answered; never sent again
+    [proved, acked) taken by the count of oks, which may be mistaken
     [acked, sent)   in flight: sent, and not acknowledged yet
     [sent, top)     to be sent again, after a Resend
     top             the next number that gets a meaning: a line of the program, or one of our own
@@ -18,15 +20,24 @@ from printer.protocol import frame
 MARK = "M105"
 """Its answer, ``ok T:..``, is unlike every other ok, so it tells exactly which lines were taken."""
 
+FORGOTTEN_S = 60.0
+"""Age of a mark after which its answer is no longer to be expected."""
+
+OTHER_MARK = "M114"
+"""The mark for a printer without sensors, or one that puts temperatures behind every ok: it answers with a
+position."""
+
 
 class Window:
     """The numbers of one job. ``commands`` are the program's, clean."""
 
     def __init__(self, commands: Sequence[str]) -> None:
         self.commands = commands
-        self.acked = self.sent = self.top = 1
+        self.proved = self.acked = self.sent = self.top = 1
         self.bytes = 0  # in flight
-        self.marks: deque[int] = deque()  # in flight and MARK
+        self.mark = MARK
+        self.marks: deque[int] = deque()  # numbers of the marks in flight
+        self._unanswered: deque[tuple[int, float]] = deque()  # marks and probes, and when they went
         self.resent = 0
         self._furthest = 1  # one more than the highest number that was ever sent
         self._sizes: deque[int] = deque()  # bytes of each line in flight
@@ -52,12 +63,12 @@ class Window:
     @property
     def acknowledged(self) -> int:
         """Commands of the program that the printer has taken."""
-        return self.acked - 1 - bisect_left(self._own_numbers, self.acked)
+        return self.index(self.acked)
 
     def command(self, number: int) -> str:
         """The line that ``number`` means."""
         own = self._own.get(number)
-        return self.commands[number - 1 - bisect_left(self._own_numbers, number)] if own is None else own
+        return self.commands[self.index(number)] if own is None else own
 
     def assign(self, own: str | None = None) -> int:
         """Give the number ``top`` to a line of our own, or to the program's next; return the number."""
@@ -84,15 +95,54 @@ class Window:
             self.resent += 1
         else:
             self._furthest = self.sent + 1
-        if command == MARK:
+        if command == self.mark:
             self.marks.append(self.sent)
         self._sizes.append(len(data))
         self.bytes += len(data)
         self.sent += 1
         return data
 
+    def use_other_mark(self) -> None:
+        """The answers to M105 tell nothing here: those that are in flight are lines like any other."""
+        self.mark = OTHER_MARK
+        self.marks.clear()
+        self._unanswered.clear()
+
+    def rename(self, number: int, own: str) -> None:
+        """Let a line of our own that the printer has not taken mean something else."""
+        self._own[number] = own
+        self._framed = (0, "", b"")
+
+    def prove(self, through: int) -> None:
+        """The printer has taken every line up to and with ``through``, beyond doubt."""
+        self.take(through)
+        self.proved = max(self.proved, through + 1)
+
+    def await_answer(self, mark: int, now: float) -> None:
+        """A mark, or a probe, is on its way to the printer."""
+        self._unanswered.append((mark, now))
+
+    def prove_answered(self, now: float) -> None:
+        """An answer to a mark was heard. It is a proof if it can be that of one mark alone, and if it is not
+        a doubled one, so that the count of oks agrees."""
+        while self._unanswered and now - self._unanswered[0][1] > FORGOTTEN_S:
+            self._unanswered.popleft()  # its answer was lost
+        if not self._unanswered:
+            return
+        mark, _ = self._unanswered.popleft()
+        if not self._unanswered and mark <= self.acked:
+            self.proved = max(self.proved, mark + 1)
+
+    def is_own(self, number: int) -> bool:
+        """Whether ``number`` carries a line of our own."""
+        return number in self._own
+
+    def index(self, number: int) -> int:
+        """How many commands of the program have a number below ``number``."""
+        return number - 1 - bisect_left(self._own_numbers, number)
+
     def take(self, through: int) -> None:
-        """The printer has taken every line up to and with ``through``."""
+        """The printer has taken every line up to and with ``through``, by the count of its oks."""
         while self._sizes and self.acked <= through:
             self.bytes -= self._sizes.popleft()
             self.acked += 1

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from printer.emulator.build import Options
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
+from printer.job import END_OF_LINE
 from printer.report import State
 from printer.sender import Sender
 from printer.settings import Settings
@@ -32,8 +33,8 @@ class Bench:
         if data := sender.take_output():
             printer.receive(data)
         self.heard += printer.read()
-        if b"\n" in self.heard:
-            line, self.heard = self.heard.split(b"\n", 1)
+        if (end := END_OF_LINE.search(self.heard)) is not None:
+            line, self.heard = self.heard[: end.start()], self.heard[end.end() :]
             sender.receive([line], printer.now)
             return
         to = min(sender.deadline, printer.next_event(), printer.next_output())

@@ -125,7 +125,7 @@ def test_progress_goes_up_to_the_end():
     [
         ("kill@500", "Heating failed"),
         ("reset@500", "was reset"),
-        ("silence@500", "nothing was heard for 30 s"),
+        ("silence@500", "nothing was heard for 3[01] s"),
         ("disconnect@500", "connection broke"),
     ],
 )

@@ -1,11 +1,15 @@
 """The transitions of the sender: replies and the time go in by hand, bytes come out."""
 
+from itertools import pairwise
+
 import pytest
 
 from printer.protocol import HELLO, frame
 from printer.report import State
-from printer.sender import REPEATS, Sender
+from printer.resends import REPEATS
+from printer.sender import Sender
 from printer.settings import Safety, Settings
+from printer.waits import durations
 
 MOVES = [f"G1 X{k}" for k in range(100)]
 MARK_OK = b"ok T:20.0 /0.0\n"
@@ -30,6 +34,14 @@ class Desk:
         for line in lines:
             self.sender.receive([line], self.now)
         return self.written()
+
+    def answer(self, times):
+        """The printer takes that many lines, each with its own kind of ok; all that was sent meanwhile."""
+        sent = []
+        for _ in range(times):
+            window = self.sender.window
+            sent += self.hear(MARK_OK if window.marks and window.marks[0] == window.acked else b"ok")
+        return sent
 
     def wait(self, seconds):
         self.now += seconds
@@ -145,12 +157,177 @@ def test_an_impossible_resend_is_not_obeyed_and_the_probe_finds_the_true_one(lin
 
 def test_a_resend_with_a_lost_digit_does_not_send_half_the_job_again():
     desk = Desk(["G21"] * 1000)
-    for _ in range(500):
-        desk.hear(b"ok")
+    desk.answer(500)
     acked = desk.sender.window.acked
     assert desk.hear(b"Resend: 50", b"ok") == []  # 501 or so is meant
     assert desk.sender.window.acked == acked
-    assert desk.hear(b"Resend: 50", b"ok") == framed(50, "G21")  # said twice, it is meant
+    assert desk.hear(b"Resend: 501", b"ok") == framed(501, "G21")
+
+
+@pytest.mark.parametrize("number", [1, 2, 20, 437])
+@pytest.mark.parametrize("announced", [True, False])
+def test_a_line_that_was_taken_beyond_doubt_is_never_sent_again(number, announced):
+    """A printer that was reset asks for line 1; nothing of the program may go into the standing print again."""
+    desk = Desk(["G21"] * 1000)
+    desk.answer(500)
+    error = b"Error:Line Number is not Last Line Number+1, Last Line: %d" % (number - 1)
+    said = [error] if announced else []
+    assert desk.hear(*said, b"Resend: %d" % number, b"ok") == []
+    assert desk.sender.state is (State.FAILED if announced else State.RUN)
+    if not announced:  # the number may have been damaged: the probe brings it again
+        assert desk.wait(0.5)[-1].split("*")[0].endswith("M105")
+        assert desk.hear(b"Resend: %d" % number, b"ok") == []
+    assert desk.sender.state is State.FAILED
+    assert f"asks for line {number}, although it has taken 4" in desk.sender.message
+    assert "It has forgotten its position" in desk.sender.message
+
+
+@pytest.mark.parametrize(
+    "words",
+    [b"start", b"\0start", b"\xffstart", b"ok T:21.0 /0start", b"oks7start", b"PowerUp", b" External Reset",
+     b"Brown out Reset", b"Watchdog Reset", b"Software Reset"],
+)  # fmt: skip
+def test_a_reset_is_heard_however_it_is_said(words):
+    desk = Desk()
+    assert desk.hear(words) == []
+    assert desk.sender.state is State.FAILED
+    assert "was reset in the middle of the job" in desk.sender.message
+
+
+@pytest.mark.parametrize("words", [b"echo:start", b"echo:print start", b"//action:start", b"echo:restart"])
+def test_the_word_start_in_a_message_is_no_reset(words):
+    desk = Desk()
+    desk.hear(words)
+    assert desk.sender.state is State.RUN
+
+
+def test_more_lines_than_a_count_may_be_mistaken_by_never_pass_without_a_mark():
+    desk = Desk(["G21"] * 1000)
+    sent = desk.answer(500)
+    marks = [k for k, line in enumerate(sent) if "M105" in line]
+    assert max(b - a for a, b in pairwise(marks)) <= 65
+    assert desk.sender.window.acked - desk.sender.window.proved <= 65
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("G1 X0", b'echo:Unknown command: "G1 X0"'),
+        ("G28 X", b'echo:Unknown command: "G28 X"'),
+        ("M104 S200", b'echo:Unknown command: "M104 S200"'),
+        ("M106 S255", b'echo:Unknown command: "M106 S255"'),
+        ("M83", b"Unknown M code: M83"),
+        ("T0", b'// Unknown command:"T0"'),
+        ("M42 P3 S255", b"unknown command - M42 P3 S255"),
+        ("G1 X0", b"echo:unsupported command: G1"),
+    ],
+)
+def test_a_command_that_matters_and_is_not_known_ends_the_job(command, words):
+    desk = Desk([command, *["G21"] * 10])
+    assert desk.hear(words, b"ok") == []
+    assert desk.sender.state is State.FAILED
+    assert repr(command) in desk.sender.message
+    assert desk.sender.heard.refused == [words.decode()]
+
+
+@pytest.mark.parametrize("command", ["M117 Hello", "M300 S440", "M73 P3", "M204 P500"])
+def test_a_harmless_one_is_counted(command):
+    desk = Desk([command, *["G21"] * 10])
+    desk.hear(b'echo:Unknown command: "' + command.encode() + b'"', b"ok")
+    assert desk.sender.state is State.RUN
+    assert desk.sender.heard.refused == [f'echo:Unknown command: "{command}"']
+
+
+def test_the_remnant_of_a_damaged_line_is_no_command_of_the_program():
+    desk = Desk()
+    desk.hear(b'echo:Unknown command: "X3*71"')
+    assert desk.sender.state is State.RUN
+    assert not desk.sender.heard.refused
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        b"echo: cold extrusion prevented",
+        b"echo: too long extrusion prevented",
+        b"echo:Cold extrude prevented",
+    ],
+)
+def test_material_that_is_not_fed_ends_the_job_at_once(words):
+    desk = Desk()
+    assert desk.hear(words, b"ok") == []
+    assert desk.sender.state is State.FAILED
+    assert "fed no material" in desk.sender.message
+    assert "M109" in desk.sender.message
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        b"Error:EEPROM datasize error.",
+        b"Error:No SD card",
+        b"Error:volume.init failed",
+        b"error: something odd",
+    ],
+)
+@pytest.mark.parametrize("greeted", [True, False])
+def test_an_error_after_which_the_board_works_is_shown(words, greeted):
+    desk = Desk(greeted=greeted)
+    desk.hear(words)
+    assert not desk.sender.state.final
+    assert desk.sender.heard.warnings == ["Error: " + words.decode().split(":", 1)[1].strip()]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [b"Error:Printer halted. kill() called!", b"!! Move out of range", b"Error:Thermal Runaway, system stopped!",
+     b"Error:MAXTEMP triggered", b"Error:Heating failed", b"Error:Printer stopped due to errors."],
+)  # fmt: skip
+def test_an_error_after_which_it_has_halted_ends_the_job(words):
+    desk = Desk()
+    desk.hear(words)
+    assert desk.sender.state is State.FAILED
+
+
+def test_reports_of_temperature_are_signs_of_life_while_it_heats_and_only_then():
+    desk = Desk(["M190 S60", *MOVES])
+    for _ in range(700):
+        desk.hear(b"T:20.0 E:0 B:21.1", after=1.0)
+        desk.wait(0)
+    assert desk.sender.state is State.RUN
+    desk.hear(b"ok")
+    idle = Desk()
+    for _ in range(700):
+        idle.hear(b"T:20.0 E:0 B:21.1", after=1.0)
+        idle.wait(0)
+    assert idle.sender.state is State.FAILED  # a lost line is still found
+
+
+@pytest.mark.parametrize(
+    ("program", "silent_s"),
+    [(["G4 S40"], 65), (["G4 P40000"], 65), (["G28"], 140), (["G1 X100 F60"], 120), (["M0 Insert"], 3600)],
+)
+def test_what_the_program_makes_the_printer_wait_is_no_silence(program, silent_s):
+    desk = Desk([*program, "G21"])
+    desk.sender.blocks_s = durations([*program, "G21"])
+    for _ in range(silent_s):
+        desk.wait(1.0)
+    assert desk.sender.state is State.RUN
+    silent = Desk(["G21", "G21"])
+    silent.sender.blocks_s = durations(["G21", "G21"])
+    for _ in range(40):
+        silent.wait(1.0)
+    assert silent.sender.state is State.FAILED
+
+
+def test_two_interrupts_on_a_busy_printer_do_not_wait_for_it():
+    desk = Desk()
+    desk.sender.abort(desk.now)
+    for _ in range(6):
+        desk.hear(b"echo:busy: processing", after=1.0)
+        desk.wait(0)
+    assert desk.sender.state is State.KILLED
+    assert "switch it off" in desk.sender.message
 
 
 def test_only_lines_that_go_again_are_counted_as_resent():
@@ -309,7 +486,7 @@ def test_abort_sends_m112_and_nothing_else():
 def test_an_abort_that_is_not_confirmed_says_so():
     desk = Desk()
     desk.sender.abort(desk.now)
-    desk.wait(3)
+    desk.wait(5.1)
     assert desk.sender.state is State.KILLED
     assert "did not confirm" in desk.sender.message
 

@@ -1,0 +1,38 @@
+"""How long a command may keep the printer from answering, so that nobody takes patience for silence."""
+
+from array import array
+from collections.abc import Iterable
+
+from printer.replay import Replay, words
+from printer.words import code_of
+
+HOMING_S = 120.0
+HEATING_S = 1800.0
+USER_S = 86400.0
+MARGIN = 1.5
+"""Moves take longer than length over speed: they speed up and slow down."""
+
+FIXED_S = {
+    **dict.fromkeys(("G28", "G29", "G30", "G33", "G34", "G76", "M48"), HOMING_S),
+    **dict.fromkeys(("M109", "M190", "M191", "M116", "M303"), HEATING_S),
+    **dict.fromkeys(("M0", "M1", "M226", "M600", "M125"), USER_S),
+}
+
+
+def blocking_s(command: str) -> float:
+    """Seconds for which a command other than a move may keep the printer busy before its ok."""
+    code = code_of(command)
+    if code == "G4":
+        given = words(command[2:])
+        return (given.get("S") or 0.0) + (given.get("P") or 0.0) / 1000
+    return FIXED_S.get(code, 0.0)
+
+
+def durations(commands: Iterable[str]) -> "array[float]":
+    """For each command, the seconds that it may keep the printer busy, moves included."""
+    state, found = Replay(), array("d")
+    for command in commands:
+        before = state.time_s
+        state.apply(command)
+        found.append(max((state.time_s - before) * MARGIN, blocking_s(command)))
+    return found
