@@ -1,16 +1,18 @@
-"""The first run after installation: numba compiles for this machine, on two cores where there are two."""
+"""Machine code before it is needed: what the installation compiles, and what a first run without it does."""
 
 import multiprocessing
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
+
 
 @contextmanager
 def compiling() -> Iterator[bool]:
-    """Let a second process compile what a job needs last, while the job compiles what it needs first.
+    """Let a second process compile while the job of this one does, if anything has to be compiled at all.
 
-    Numba keeps machine code on disk, so either process finds what the other has compiled. Yields whether
-    anything has to be compiled at all.
+    Machine code is kept on disk, so either process finds what the other has compiled. Yields whether
+    anything has to be compiled.
     """
     from slicer.kernels import is_kept
     from slicer.sweep import sweep
@@ -18,7 +20,7 @@ def compiling() -> Iterator[bool]:
     if is_kept(sweep):  # the first kernel of every job
         yield False
         return
-    helper = multiprocessing.get_context("spawn").Process(target=compile_the_rest, daemon=True)
+    helper = multiprocessing.get_context("spawn").Process(target=compile_kernels, daemon=True)
     helper.start()
     try:
         yield True
@@ -27,53 +29,35 @@ def compiling() -> Iterator[bool]:
         helper.join()
 
 
-def compile_the_rest() -> None:
-    """Run the bound, refinement and the routing of travels on six toolpaths, and so compile them."""
-    import numpy as np
-
-    from slicer import travel
-    from slicer.sequence import Problem
-    from slicer.sequence.blocks import cover
-    from slicer.sequence.candidates import drop_dominated, grown, index, keep_best, new_pool, offer
+def compile_kernels() -> None:
+    """Order small sheets of every kind by the default way, and so compile what it runs."""
+    from slicer import hatch, sequence, travel
+    from slicer.grid import Grid
     from slicer.sequence.cost import Objective
-    from slicer.sequence.downsets import down_sets
-    from slicer.sequence.method import Options
-    from slicer.sequence.pair_bound import PairBound
-    from slicer.sequence.refine import refine
-    from slicer.sequence.section import Section
-    from slicer.sequence.true_cost import true_cost
 
-    # Two columns of three level toolpaths, built by hand: the sweep is what the other process begins with.
-    segments = np.array([[[col, row], [col + 1, row]] for col in (0.0, 1.0) for row in (0.0, 1.0, 2.0)])
-    edges = np.array([[0, 1], [1, 2], [3, 4], [4, 5]], np.int32)
-    problem = Problem(
-        segments,
-        edges,
-        pred_start=np.array([0, 0, 1, 2, 2, 3, 4], np.int32),
-        pred=np.array([0, 1, 3, 4], np.int32),
-        succ_start=np.array([0, 1, 2, 2, 3, 4, 4], np.int32),
-        succ=np.array([1, 2, 4, 5], np.int32),
-        column=np.array([0, 0, 0, 1, 1, 1], np.int32),
-        first=0,
-        first_flipped=False,
-    )
+    random = np.random.default_rng(1)
     goal = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
-    # The other process is at the sweep meanwhile, and comes to the bound of its sheet next.
-    section = Section.whole(problem, goal)
-    sets = down_sets(section, 100)
-    bound = PairBound.over(section, sets, cover(sets))
-    bound.improve(1e3, 1)
-    bound.settle()
-    bound.strike(1e9)
-    order = np.arange(6)
-    travel.plan(segments, order, np.zeros(6, np.bool_), clearance_mm=0.2)
-    oriented = (2 * order).astype(np.int32)
-    true_cost(problem, goal, oriented)
-    # What the proof of a small sheet comes to last; local search is left to the first sheet that needs it.
-    pool = new_pool()
-    size = offer(pool, 0, np.uint64(1), 0, 0, 0.0, 0.0)
-    pool = grown(pool, size)
-    index(pool, size)
-    keep_best(pool, size, 1)
-    drop_dominated(pool, segments, size)
-    refine(problem, Options(effort="quick", objective=goal), oriented)
+    # Proved; searched only; and so steep that its down-sets are too many.
+    kinds = (
+        (2, 0.2, -45.0, 0.0, "default"),
+        (4, 0.12, -45.0, 0.0, "default"),
+        (6, 0.12, -85.0, 85.0, "quick"),
+    )
+    for tiles, spacing_mm, low_deg, high_deg, effort in kinds:
+        angles = random.uniform(low_deg, high_deg, (tiles, tiles))
+        sheet = Grid(angles, np.full((tiles, tiles), spacing_mm), (1.0, 1.0))
+        toolpaths = hatch.hatch(sheet).segments
+        result = sequence.solve(toolpaths, objective=goal, effort=effort)
+        travel.plan(toolpaths, result.order, result.flipped, clearance_mm=goal.clearance_mm)
+
+
+def ship() -> None:
+    """Compile everything and leave a note of what it was compiled for."""
+    from slicer import machine_code
+
+    compile_kernels()
+    machine_code.shipped_note().write_text(machine_code.toolchain() + "\n")
+
+
+if __name__ == "__main__":
+    ship()
