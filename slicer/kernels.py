@@ -1,12 +1,13 @@
 """The one place where numba is configured: every compiled kernel of the project goes through ``kernel``."""
 
-import os
+import uuid
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+
+from slicer import machine_code
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -15,8 +16,8 @@ R = TypeVar("R")
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile ``function`` to machine code on its first call and keep the result on disk.
 
-    The types survive the decorator, so that ``mypy --strict`` checks the callers of a kernel. Numba
-    keeps the machine code beside the module, or in the user's cache folder where that is read-only.
+    The types survive the decorator, so that ``mypy --strict`` checks the callers of a kernel. Where the
+    machine code is kept, and when it is used again, says ``slicer.machine_code``.
     """
     return _compiled(function)
 
@@ -31,34 +32,33 @@ def bare_kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
-    package = function.__module__.partition(".")[0]
-    source = Path(function.__code__.co_filename)
-    for folder in source.parents:
-        if folder.name == package:
-            _forget_outdated(folder)
-            break
     njit = cast(Callable[..., Callable[[Callable[P, R]], Callable[P, R]]], numba.njit)
-    return njit(cache=True, **flags)(function)
+    # Numba asks for the locator while it decorates; other users of numba in the process keep theirs.
+    config = cast(Any, numba.config)
+    before = config.CACHE_LOCATOR_CLASSES
+    config.CACHE_LOCATOR_CLASSES = f"{machine_code.__name__}.{machine_code.ByContent.__name__}"
+    try:
+        compiled = njit(cache=True, **flags)(function)
+    finally:
+        config.CACHE_LOCATOR_CLASSES = before
+    _name_apart(compiled)
+    return compiled
+
+
+def _name_apart(compiled: Any) -> None:
+    """Let no two processes that compile at once give their code the same file name.
+
+    Numba counts the files of a kernel, so two processes that begin together would write two signatures to one
+    file, and a later run would call the one with the arguments of the other.
+    """
+    kept = compiled._cache._cache_file
+    kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{PROCESS}.{{number")
+
+
+PROCESS = uuid.uuid4().hex[:8]
 
 
 def is_kept(compiled: Callable[..., Any]) -> bool:
     """Whether the machine code of a kernel is on disk, so that it need not be compiled again."""
-    name = compiled.__module__.rpartition(".")[2]
-    return any(Path(cast(Any, compiled).stats.cache_path).glob(f"{name}.{compiled.__name__}-*.nbi"))
-
-
-@cache
-def _forget_outdated(package: Path) -> None:
-    """Drop kept machine code that is older than any source of the package.
-
-    Numba looks at the file of a kernel alone, and so would go on using what it has inlined from another
-    file that has changed since.
-    """
-    newest = max(source.stat().st_mtime for source in package.rglob("*.py"))
-    for index in package.rglob("__pycache__/*.nbi"):
-        try:
-            outdated = index.stat().st_mtime < newest
-        except FileNotFoundError:
-            continue  # another process that has just started was faster
-        if outdated and os.access(index.parent, os.W_OK):
-            index.unlink(missing_ok=True)
+    kept = cast(Any, compiled)._cache._cache_file
+    return Path(kept._index_path).is_file() and bool(kept._load_index())

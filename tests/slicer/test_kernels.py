@@ -1,45 +1,163 @@
-"""Kept machine code is dropped when a source that it may have inlined has changed."""
+"""Machine code is found by content: never stale, never compiled again without need, never an error."""
 
+import json
 import os
+import shutil
 import subprocess
 import sys
 
+import pytest
+
+from slicer import machine_code
+
 HELPER = "from slicer.kernels import kernel\n\n@kernel\ndef inner():\n    return {value}\n"
-CALLER = (
-    "from kernelpackage.helper import inner\nfrom slicer.kernels import kernel\n\n"
-    "@kernel\ndef outer():\n    return 10 * inner()\n\nprint(outer())\n"
-)
+CALLER = """
+import json
+from kernelpackage.helper import inner
+from slicer.kernels import kernel, is_kept
+
+@kernel
+def outer():
+    return 10 * inner()
+
+@kernel
+def other(x):
+    return x + 1
+
+kept = is_kept(outer)
+found = [outer(), other(1), other(1.0)]
+print(json.dumps([found, kept, sum(map(len, [outer.stats.cache_misses, other.stats.cache_misses]))]))
+"""
 
 
-def test_a_kernel_follows_what_it_calls(tmp_path):
-    package = tmp_path / "kernelpackage"
-    package.mkdir()
-    (package / "__init__.py").write_text("")
-    (package / "caller.py").write_text(CALLER)
+class Sheet:
+    """A package with two kernels, and a way to run it in a process of its own."""
 
-    def run(value, time):
-        (package / "helper.py").write_text(HELPER.format(value=value))
-        os.utime(package / "helper.py", (time, time))
+    def __init__(self, folder, cache):
+        self.folder, self.cache = folder, cache
+        self.package = folder / "kernelpackage"
+        self.package.mkdir(parents=True)
+        (self.package / "__init__.py").write_text("")
+        (self.package / "helper.py").write_text(HELPER.format(value=1))
+        (self.package / "caller.py").write_text(CALLER)
+
+    def run(self, folder=None, **environment):
+        folder = folder or self.folder
+        path = os.pathsep.join([str(folder), *sys.path])
+        environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(self.cache)} | environment
+        environment.pop("NUMBA_CACHE_DIR", None)
         words = [sys.executable, "-B", "-c", "import kernelpackage.caller"]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-        return subprocess.run(words, env=environment, check=True, capture_output=True, text=True).stdout
-
-    now = (package / "caller.py").stat().st_mtime
-    assert run(1, now - 100) == "10\n"
-    assert list(package.rglob("*.nbi")), "nothing was kept, so this shows nothing"
-    assert run(2, now + 100) == "20\n"
+        ended = subprocess.run(words, env=environment, check=True, capture_output=True, text=True)
+        found, kept, compiled = json.loads(ended.stdout)
+        return found, kept, compiled
 
 
-def test_an_index_that_another_process_drops_meanwhile_is_no_failure(tmp_path, monkeypatch):
-    from pathlib import Path
+@pytest.fixture
+def package(tmp_path):
+    return Sheet(tmp_path / "here", tmp_path / "cache")
 
-    from slicer.kernels import _forget_outdated
 
-    package = tmp_path / "somepackage"
-    (package / "__pycache__").mkdir(parents=True)
-    (package / "module.py").write_text("")
-    gone = package / "__pycache__" / "module.f-1.py311.nbi"
-    listed = Path.rglob
-    monkeypatch.setattr(Path, "rglob", lambda self, p: [gone] if p.endswith("nbi") else listed(self, p))
-    _forget_outdated(package)
-    assert not gone.exists()
+def kept_in(folder):
+    return sorted(folder.rglob("*.nbi"))
+
+
+def test_the_second_run_compiles_nothing(package):
+    assert package.run() == ([10, 2, 2.0], False, 3)
+    assert kept_in(package.package), "nothing was kept, so this shows nothing"
+    assert package.run() == ([10, 2, 2.0], True, 0)
+
+
+def test_a_kernel_follows_what_it_calls(package):
+    package.run()
+    helper = package.package / "helper.py"
+    before = helper.stat().st_mtime
+    helper.write_text(HELPER.format(value=2))
+    os.utime(helper, (before - 100, before - 100))  # no time stamp tells
+    assert package.run()[0] == [20, 2, 2.0]
+
+
+def test_touching_moving_and_copying_compile_nothing(package, tmp_path):
+    package.run()
+    for source in package.package.glob("*.py"):
+        os.utime(source, (2e9, 2e9))
+    assert package.run()[2] == 0
+    shutil.copytree(package.folder, tmp_path / "there")
+    shutil.rmtree(package.folder)
+    for source in (tmp_path / "there").rglob("*.py"):
+        os.utime(source, (1e9, 1e9))
+    assert package.run(tmp_path / "there")[2] == 0
+
+
+def test_a_change_elsewhere_compiles_nothing(package):
+    package.run()
+    (package.package / "unrelated.py").write_text("VALUE = 1\n")
+    assert package.run()[2] == 0
+
+
+def test_a_place_that_cannot_be_written_is_replaced_by_the_users_cache(package):
+    package.run()
+    shutil.rmtree(package.package / "__pycache__")
+    (package.package / "__pycache__").write_text("in the way: even root cannot write into a file")
+    assert package.run()[2] == 3
+    assert kept_in(package.cache)
+    assert package.run()[2] == 0
+
+
+def test_without_any_place_to_write_kernels_compile_all_the_same(package, tmp_path):
+    (package.package / "__pycache__").write_text("in the way")
+    package.cache.write_text("in the way too")
+    assert package.run()[0] == [10, 2, 2.0]
+
+
+def test_what_a_read_only_installation_brings_is_used(package, monkeypatch, tmp_path):
+    package.run()
+    writable = machine_code._writable
+    monkeypatch.setattr(
+        machine_code,
+        "_writable",
+        lambda folder: folder.is_relative_to(tmp_path / "cache") and writable(folder),
+    )
+    monkeypatch.setattr(machine_code.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path / "cache"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    source = package.package / "caller.py"
+    folder = machine_code.folder_of.__wrapped__(source)
+    assert {kept.name for kept in folder.iterdir()} == {
+        kept.name for kept in (package.package / "__pycache__").glob("caller.*.nb[ic]")
+    }
+
+
+def test_code_of_another_toolchain_is_left_alone(package, monkeypatch, tmp_path):
+    note = tmp_path / "machine-code.txt"
+    note.write_text("another numba")
+    monkeypatch.setattr(machine_code, "shipped_note", lambda: note)
+    monkeypatch.setattr(machine_code.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path / "cache"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    folder = machine_code.folder_of.__wrapped__(package.package / "caller.py")
+    assert folder.is_relative_to(tmp_path / "cache")
+    note.write_text(machine_code.toolchain() + "\n")
+    assert machine_code.folder_of.__wrapped__(package.package / "caller.py").is_relative_to(package.folder)
+
+
+def test_two_first_runs_at_once_share_no_file(package):
+    path = os.pathsep.join([str(package.folder), *sys.path])
+    environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(package.cache)}
+    words = [sys.executable, "-B", "-c", "import kernelpackage.caller"]
+    both = [subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    for process in both:
+        assert json.loads(process.communicate()[0])[0] == [10, 2, 2.0]
+    names = [kept.name for kept in (package.package / "__pycache__").glob("*.nbc")]
+    assert len(names) == len(set(names)) >= 3
+    assert package.run()[0] == [10, 2, 2.0]
+
+
+def test_imports_are_followed_however_they_are_written(tmp_path):
+    root = tmp_path
+    for name in ("a", "b", "c", "d", "e"):
+        (root / "p" / name).mkdir(parents=True)
+        (root / "p" / name / "__init__.py").write_text("")
+    (root / "p" / "__init__.py").write_text("")
+    (root / "p" / "m.py").write_text(
+        "import p.a\nfrom p.b import (\n    x,\n    y,\n)\nfrom p import c\ndef f():\n    from p.d import z\n"
+    )
+    found = machine_code._read.__wrapped__(root / "p" / "m.py", root)[1]
+    assert {file.parent.name for file in found} - {"p"} == {"a", "b", "c", "d"}
