@@ -114,7 +114,7 @@ class Job:
                 raise self._failure
             report = self._report(sender, clock())
             if self.journal is not None:
-                self.journal.close_job(self._acknowledged_line(sender), report.state.value)
+                self.journal.close_job(self._acknowledged_line(sender), report.state.value, report.refused)
             if report.state is State.FAILED:
                 line = self._acknowledged_line(sender)
                 far = f" Acknowledged up to line {line} ({report.acknowledged} of {report.total} commands)."

@@ -10,7 +10,7 @@ import json
 import os
 import time
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from itertools import count
@@ -254,9 +254,10 @@ class Journal:
         if self._clock() - self._synced >= SECONDS_PER_SYNC or line - self._synced_line >= LINES_PER_SYNC:
             self._sync()
 
-    def close_job(self, line: int, ended: str) -> None:
-        """The job ended in an orderly way: "finished", "stopped", ..."""
-        self._append({"line": line, "ended": ended})
+    def close_job(self, line: int, ended: str, refused: Sequence[str] = ()) -> None:
+        """The job ended in an orderly way: "finished", "stopped", ...; ``refused`` is what the printer said of
+        commands that it did not carry out."""
+        self._append({"line": line, "ended": ended} | ({"refused": list(refused)} if refused else {}))
 
     def close(self) -> None:
         """Let go of the file; one in which nothing stands, as its job never began, goes away."""

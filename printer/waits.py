@@ -32,7 +32,12 @@ def durations(commands: Iterable[str]) -> "array[float]":
     """For each command, the seconds that it may keep the printer busy, moves included."""
     state, found = Replay(), array("d")
     for command in commands:
-        before = state.time_s
+        before = dict(state.position)
         state.apply(command)
-        found.append(max((state.time_s - before) * MARGIN, blocking_s(command)))
+        found.append(blocking_s(command) + MARGIN * _length_mm(before, state.position) / state.feed_mm_s)
     return found
+
+
+def _length_mm(before: dict[str, float], after: dict[str, float]) -> float:
+    """At least the length of the way from one position to the other, turns of the extruder included."""
+    return sum(abs(value - before.get(axis, 0.0)) for axis, value in after.items())

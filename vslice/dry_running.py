@@ -57,3 +57,5 @@ def _tell(ended: "DryRun", rest: str, start_at: int) -> None:
     click.echo(f"warnings   {len(ended.report.warnings)}")
     for warning in warnings[:MOST]:
         click.echo(f"  {warning}")
+    if ended.report.refused:
+        click.get_current_context().exit(1)  # not all of the program was done

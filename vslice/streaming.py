@@ -110,7 +110,7 @@ def _interrupts(job: Any) -> Iterator[None]:
 
 
 def told(report: "Report", journal: Path, program: "Program") -> int:
-    """Say how a job ended, and how to go on with it; the exit code."""
+    """Say how a job ended, and how to go on with it; the exit code: 0 only if everything was done."""
     from printer import State
 
     for warning in list(dict.fromkeys(report.warnings))[:MOST_WARNINGS]:
@@ -120,8 +120,12 @@ def told(report: "Report", journal: Path, program: "Program") -> int:
         f"{report.resent} lines sent again, {clock(report.elapsed_s)}, longest silence "
         f"{report.longest_silence_s:.1f} s"
     )
+    if report.refused:
+        count = len(report.refused)
+        what = "1 command was" if count == 1 else f"{count} commands were"
+        say(f"{program.name}: {what} not carried out by the printer, in its words: {report.refused[0]}")
     if report.state is State.FINISHED:
-        return 0
+        return 1 if report.refused else 0
     if report.message:
         say(f"{program.name}: {report.message}")
     _offer_resume(program, journal)

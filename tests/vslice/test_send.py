@@ -110,11 +110,30 @@ def test_a_dry_run_says_what_the_printer_would_have_done(run, part):
     assert not journal_path(part).exists()
 
 
-def test_a_dry_run_repeats_the_printers_warnings(run, part):
+def test_a_dry_run_of_a_cold_print_fails_in_the_printers_words(run, part):
     part.write_text("\n".join(PROGRAM[1:]))
-    _, out, _ = run("send", part, "--dry-run", "--no-check")
-    assert re.search(r"warnings +300", out)
-    assert "cold extrusion prevented" in out
+    code, _, err = run("send", part, "--dry-run", "--no-check")
+    assert code == 1
+    assert "cold extrusion prevented" in err
+    assert "M302 P1" in err
+
+
+def test_what_the_printer_did_not_carry_out_is_told_and_kept(run, part):
+    part.write_text("\n".join([*PROGRAM, "M486 S1", "M486 S2"]))
+    code, _, err = run("send", part, "--port", "marlin://?clock=fast", "--no-check")
+    assert code == 1
+    assert "finished: 607 of 607" in err
+    assert (
+        '2 commands were not carried out by the printer, in its words: echo:Unknown command: "M486 S1"' in err
+    )
+    assert b'"refused":["echo:Unknown command: \\"M486 S1' in journal_path(part).read_bytes()
+
+
+def test_a_dry_run_tells_what_was_not_carried_out(run, part):
+    part.write_text("\n".join([*PROGRAM, "M486 S1"]))
+    code, out, _ = run("send", part, "--dry-run", "--no-check")
+    assert code == 1
+    assert re.search(r"warnings +1", out)
 
 
 def test_sending_prints_everything_and_says_so_in_plain_lines(run, part):
