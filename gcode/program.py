@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dialect.numbers import plain
 from gcode.bead import bead_area_mm2, bead_height_mm, feed_per_mm
 from gcode.errors import BuildVolumeError
 from gcode.estimate import seconds_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
-from profiles import Profile, plain, render
+from profiles import Profile, render
 from slicer.travel import Plan
 
 STILL_MM = 1e-6

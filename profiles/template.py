@@ -4,6 +4,8 @@ import difflib
 import string
 from collections.abc import Mapping, Sequence
 
+from dialect.numbers import plain
+
 
 def check_template(line: str, values: Mapping[str, object]) -> str | None:
     """What is wrong with a line, or None: an unknown placeholder, a stray brace, a control character."""
@@ -23,12 +25,6 @@ def check_template(line: str, values: Mapping[str, object]) -> str | None:
     if not line.isprintable():
         return f"{line!r} holds a control character; give one line of G-code an entry"
     return None
-
-
-def plain(value: float) -> str:
-    """A number without an exponent and without zeros at its end."""
-    text = f"{value:.6f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
 
 
 def render(lines: Sequence[str], values: Mapping[str, object]) -> list[str]:
