@@ -4,7 +4,9 @@ import difflib
 import string
 from collections.abc import Mapping, Sequence
 
+from dialect.errors import ReadError
 from dialect.numbers import plain
+from dialect.reader import clean
 
 
 def check_template(line: str, values: Mapping[str, object]) -> str | None:
@@ -24,6 +26,10 @@ def check_template(line: str, values: Mapping[str, object]) -> str | None:
             return f"'{line}': unknown placeholder {{{name}}}{hint}"
     if not line.isprintable():
         return f"{line!r} holds a control character; give one line of G-code an entry"
+    try:
+        clean(render([line], values)[0])
+    except ReadError as error:
+        return f"'{line}': {error}"
     return None
 
 
