@@ -12,7 +12,7 @@ from making import make_grid, make_lines
 
 import profiles
 from dialect.reader import clean
-from printer.safety import extrusion, feed, length, number
+from printer.safety import extrusion, feed, feed_of, number
 from vslice.commands.send import settings_of
 
 SHEET = make_grid([[-45, -20]], spacing=0.25)
@@ -53,7 +53,7 @@ def test_preview_reads_standard_input_and_wants_a_name(program, tmp_path):
 def test_an_endless_device_ends_with_words(device):
     for ended in (vslice("check", device), vslice("send", device, "--dry-run", "-p", "marlin-generic")):
         assert ended.returncode == 2
-        assert b"is no text" in ended.stderr or b"UTF-16" in ended.stderr
+        assert re.search(rb"is no text|UTF-16|is no ordinary", ended.stderr)
 
 
 LEAVES = re.compile(r"[GM][0-9]+(?: [A-Z](?:-?[0-9]+(?:\.[0-9]+)?)?)*")
@@ -77,7 +77,7 @@ def test_no_emitter_writes_an_exponent(retract, temperature, speed):
         *leaving.close_lines,
         *leaving.stop_lines,
         *shown,
-        f"G1 E{length(-retract)} {feed(speed)} X{number(retract)}",
+        f"G1 {feed_of(-retract)} {feed(speed)} X{number(retract)}",
     ]
     for line in lines:
         assert LEAVES.fullmatch(line)
@@ -89,4 +89,4 @@ def test_a_tiny_retraction_is_drawn_back_as_it_was_asked_for():
     safety = settings_of(profiles.load("marlin-generic", ["motion.retract_mm=0.00008"])).safety
     assert safety.close_lines == ("G1 E-0.00008 F1800",)
     assert extrusion(safety.close_lines[0]) == -0.00008
-    assert length(0.00008) == "0.00008"
+    assert feed_of(0.00008) == "E0.00008"
