@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from dialect.numbers import plain
 from gcode.bead import feed_area_mm2
 from gcode.moves import Kind
 from gcode.program import Program
-from profiles import Profile, plain
+from profiles import Profile
 from profiles.profile import Material
 
 FILLED = (0.5, 1.25)

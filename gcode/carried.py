@@ -14,6 +14,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from dialect.errors import ReadError
+from dialect.source import load
 from gcode.errors import ParseError
 from profiles import Profile, ProfileError, made
 
@@ -117,10 +119,9 @@ def comments_in(path: Path) -> Iterator[str]:
         ParseError: the file cannot be read.
     """
     try:
-        with path.open(encoding="utf-8", errors="replace") as lines:  # comments may be in any encoding
-            yield from comments_of(lines)
-    except OSError as error:
-        raise ParseError(f"{path}: cannot be read: {error.strerror}") from None
+        yield from comments_of(load(path).lines)
+    except ReadError as error:
+        raise ParseError(str(error)) from None
 
 
 def comments_of(lines: Iterable[str]) -> Iterator[str]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gcode.envelope import replay
 from gcode.errors import ParseError
 from gcode.feeding import check_feeding
+from gcode.followed import check_commands
 from gcode.head import read_head
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
@@ -23,17 +24,6 @@ RESOLUTION_MM = 0.001
 """Positions are written with three decimals: either end of a line may be this far off."""
 
 EXACT_MM = 1e-8
-
-UNFOLLOWED: dict[str, str | None] = {
-    **dict.fromkeys(
-        ("G53", "G54", "G55", "G56", "G57", "G58", "G59", "G68", "G92.1", "M206", "M290", "M428")
-    ),
-    **dict.fromkeys(("T1", "T2", "T3", "T4", "T5", "T6", "T7")),
-    "M200": "S0",
-    "M220": "S100",
-    "M221": "S100",
-}
-"""Commands and the one form of each that changes nothing, if there is one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +58,20 @@ def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Repo
 
     Every extrusion must be printable, no travel may pass through printed material, every position must
     be in the build volume and in the plane, no speed above the limits, extrusion constant along all
-    toolpaths and none while travelling. With a grid, each of its hatch lines must be printed exactly
+    toolpaths and none while travelling, and no command but those that are followed may stand in the
+    print. With a grid, each of its hatch lines must be printed exactly
     once.
 
     """
     feeding, printing = check_feeding(moves, profile, _only_spacing(grid))
     laid, segments = _motions(moves, printing)
-    violations = _beyond(moves) + feeding + _volume(moves, profile) + _speeds(moves, profile) + _plane(laid)
+    violations = (
+        check_commands(moves, printing, profile)
+        + feeding
+        + _volume(moves, profile)
+        + _speeds(moves, profile)
+        + _plane(laid)
+    )
     violations += _incomplete(moves, sum(stroke.prints for stroke in laid))
     # Two uprights of one x, as far as three decimals tell, may in truth pass beside each other.
     violations += _collisions(laid, segments, same_x=0.0 if grid is None else -1.0)
@@ -150,20 +147,6 @@ def _out_of_order(exact: NDArray[np.float64]) -> list[Violation]:
         )
         for (k, below), (depth, x) in zip(who.tolist(), how.tolist(), strict=True)
     ]
-
-
-def _beyond(moves: list[Move]) -> list[Violation]:
-    """Commands that change where, how fast or how much, and that this replay does not follow."""
-    found = []
-    for move in moves:
-        code, _, rest = move.text.partition(" ")
-        if move.kind != Kind.COMMAND or code not in UNFOLLOWED:
-            continue
-        if UNFOLLOWED[code] is None or rest.replace(" ", "") != UNFOLLOWED[code]:
-            found.append(
-                Violation(move.line, "command", f"{move.text} is not followed here; what comes is unsure")
-            )
-    return found
 
 
 def _volume(moves: list[Move], profile: Profile) -> list[Violation]:

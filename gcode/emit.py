@@ -4,6 +4,7 @@ import base64
 import math
 from collections.abc import Iterator, Mapping
 
+from dialect.numbers import feed, position, rate
 from gcode import carried
 from gcode.bead import feed_area_mm2
 from gcode.estimate import seconds_of
@@ -118,21 +119,3 @@ def _plain(move: Move) -> str:
             return ";" + move.text
         case _:
             return move.text
-
-
-def position(mm: float) -> str:
-    """A coordinate with three decimals, never a negative zero."""
-    text = f"{mm:.3f}"
-    return "0.000" if text == "-0.000" else text
-
-
-def feed(mm: float) -> str:
-    """A length of feed with five decimals, never a negative zero."""
-    text = f"{mm:.5f}"
-    return "0.00000" if text == "-0.00000" else text
-
-
-def rate(mm_s: float) -> str:
-    """A speed as F in mm/min, rounded down to a tenth, so that no limit is exceeded."""
-    tenths = max(1, math.floor(mm_s * 600 + 1e-6))
-    return f"{tenths // 10}" if tenths % 10 == 0 else f"{tenths / 10:.1f}"

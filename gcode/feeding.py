@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from dialect.commands import code_of
+from dialect.reader import clean
 from gcode.bead import feed_per_mm
 from gcode.estimate import length_mm
 from gcode.moves import Kind, Move
@@ -14,6 +16,7 @@ from profiles import Profile, render
 E_RESOLUTION_MM = 1e-5
 POSITION_RESOLUTION_MM = 1e-3
 DWELL_RESOLUTION_S = 1e-3
+WAITS = frozenset({"M400", "G4"})
 TOLERATED = 0.02
 """Extrusion per millimetre may differ by this part before it is reported."""
 
@@ -47,8 +50,8 @@ def _valve(moves: list[Move], profile: Profile) -> tuple[list[Violation], list[b
         prints = False
         if move.kind == Kind.DWELL:
             waited += move.seconds
-        elif move.kind == Kind.COMMAND:
-            last.append(" ".join(move.text.split()))
+        elif move.kind == Kind.COMMAND and move.text not in WAITS:
+            last.append(move.text)
             last = last[-max(len(opens), len(closes)) :]
             if last[-len(closes) :] == closes:
                 is_open, waited, needed = False, 0.0, profile.motion.valve_close_s if is_open else 0.0
@@ -68,9 +71,9 @@ def _valve(moves: list[Move], profile: Profile) -> tuple[list[Violation], list[b
 
 
 def _shown(lines: tuple[str, ...], profile: Profile) -> list[str]:
-    """Commands as the parser gives them: in capitals, with single blanks, without comments."""
-    rendered = render(lines, profile.values)
-    return [" ".join(line.partition(";")[0].upper().split()) for line in rendered]
+    """Commands as the reader gives them, without waits: those turn nothing."""
+    commands = map(clean, render(lines, profile.values))
+    return [command for command in commands if command and code_of(command) not in WAITS]
 
 
 def _feed(moves: list[Move], profile: Profile, height_mm: float | None) -> tuple[list[Violation], list[bool]]:

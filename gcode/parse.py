@@ -1,23 +1,22 @@
 """Text becomes moves: reads what ``emit`` writes and what other programs write, independent of both."""
 
 import math
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from dialect.commands import code_of
+from dialect.errors import ReadError
+from dialect.reader import read
+from dialect.source import Source, load
 from gcode.errors import ParseError
 from gcode.moves import Kind, Move
 
-WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
-NUMBERED = re.compile(r"\s*N\s*(\d+)(.*?)(?:\*\s*(\d+)\s*)?$", re.IGNORECASE | re.DOTALL)
-EXTENDED = re.compile(r"[A-Z]{2}\w*(\s|$)")  # a macro of a host or another firmware
-PARENTHESES = re.compile(r"\([^)]*\)")
 INCH_MM = 25.4
-MAX_LINE = 100_000
 DEFAULT_SPEED_MM_S = math.nan
-UNKNOWN_MOTION = {"G2", "G3", "G5"}
-"""Curves, which would need a chord tolerance of their own."""
+MOTION = {"G0", "G1"}
+FOLLOWED = MOTION | {"G4", "G20", "G21", "G28", "G90", "G91", "G92", "M82", "M83"}
+FOLLOWED_WORDS = frozenset("XYZEF")
 
 
 @dataclass
@@ -33,31 +32,40 @@ class _Machine:
     speed_mm_s: float = DEFAULT_SPEED_MM_S
 
 
-def parse(lines: Iterable[str], *, plane: str = "XZ") -> Iterator[Move]:
-    """Read G-code, line by line.
+def parse(lines: Iterable[str], *, plane: str = "XZ", name: str = "") -> Iterator[Move]:
+    """Follow G-code, line by line, as ``dialect.reader`` reads it.
 
-    Understood are G0, G1, G4, G10, G11, G20, G21, G28, G90, G91, G92, M82, M83, comments with ``;`` and in
-    parentheses, line numbers with checksums, small letters, and words without blanks between them. Any
-    other command becomes a ``COMMAND`` with its text. After homing, an axis has no known position.
+    Followed are G0, G1, G4, G10, G11, G20, G21, G28, G90, G91, G92, M82 and M83. Any other command becomes
+    a ``COMMAND`` with its text, and so do all that set a mode. A move with words that are not followed, such
+    as those of a further axis, has its text. After homing, an axis has no known position.
 
     Args:
         plane: "XZ" or "YZ", which axes ``x_mm`` and ``y_mm`` of the moves are.
+        name: of the program, for messages.
 
     Raises:
-        ParseError: a word that is no number, a checksum that does not fit, a curve (G2, G3, G5).
+        ParseError: a line that is refused by the reader.
     """
+    try:
+        yield from _follow(lines, plane, name)
+    except ReadError as error:
+        raise ParseError(str(error)) from None
+
+
+def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
     machine = _Machine()
     horizontal, across = ("X", "Y") if plane == "XZ" else ("Y", "X")
-    for number, raw in enumerate(lines, 1):
-        text, comment = _split(raw, number)
+    for number, text, comment in read(lines, name):
         at = machine.position
         here = (at[horizontal], at["Z"], at[across])
         if comment is not None:
             yield Move(Kind.COMMENT, *here, text=comment, line=number)
         if not text:
             continue
-        code, words = _words(text, number)
-        move = _motion(machine, code, words, number)
+        code = code_of(text)
+        words = _values(text) if code in FOLLOWED else {}
+        odd = text if code in MOTION and words.keys() - FOLLOWED_WORDS else ""
+        move = _motion(machine, code, words)
         if move is not None:
             kind, e = move
             at = machine.position
@@ -68,110 +76,42 @@ def parse(lines: Iterable[str], *, plane: str = "XZ") -> Iterator[Move]:
                 at[across],
                 e,
                 machine.speed_mm_s,
+                text=odd,
                 line=number,
                 rapid=code == "G0",
             )
         elif code == "G4":
-            seconds = words.get("P", 0.0) / 1000 + words.get("S", 0.0)
+            seconds = words.get("S", words.get("P", 0.0) / 1000)  # Marlin: S overrules P
             yield Move(Kind.DWELL, *here, seconds=seconds, line=number)
-        elif code in ("G10", "G11") and not {"P", "L"} & words.keys():
+        elif text in ("G10", "G11"):
             kind = Kind.FIRMWARE_RETRACT if code == "G10" else Kind.FIRMWARE_PRIME
             yield Move(kind, *here, line=number)
-        elif not _mode(machine, code, words) or code in ("G28", "G92"):
+        elif not _mode(machine, code, words) or code not in MOTION or odd:
             here = (at[horizontal], at["Z"], at[across])
             yield Move(Kind.COMMAND, *here, text=text, line=number)
 
 
-def read_moves(path: Path, *, plane: str = "XZ") -> list[Move]:
+def read_moves(source: Source | Path, *, plane: str = "XZ") -> list[Move]:
     """The moves of a G-code file; see ``parse``.
 
     Raises:
-        ParseError: the file cannot be read, or holds what is no G-code of the kind that is read here.
+        ParseError: the file cannot be read, or holds what no Marlin could be sent.
     """
     try:
-        text = path.read_text("utf-8", errors="replace")  # comments may be in any encoding
-    except FileNotFoundError:
-        raise ParseError(f"{path}: there is no such file") from None
-    except IsADirectoryError:
-        raise ParseError(f"{path}: is a folder; name a G-code file") from None
-    except OSError as error:
-        raise ParseError(f"{path}: cannot be read: {error.strerror}") from None
-    if text.lstrip().startswith("{"):
-        raise ParseError(f"{path}: is JSON, perhaps a grid, and no G-code")
-    try:
-        return list(parse(text.split("\n"), plane=plane))
-    except ParseError as error:
-        raise ParseError(f"{path}: {error}") from None
+        source = load(source) if isinstance(source, Path) else source
+    except ReadError as error:
+        raise ParseError(str(error)) from None
+    return list(parse(source.lines, plane=plane, name=source.name))
 
 
-def _split(raw: str, number: int) -> tuple[str, str | None]:
-    """The command of a line without number and checksum, in capitals, and its comment."""
-    if len(raw) > MAX_LINE or "\0" in raw:
-        raise ParseError(
-            f"line {number}: this is no line of G-code, it is binary or has {len(raw)} characters"
-        )
-    command, semicolon, comment = raw.removeprefix("\ufeff").rstrip("\r\n").partition(";")
-    if command.strip() == "%":  # where a tape began and ended
-        command = ""
-    numbered = NUMBERED.match(command)
-    if numbered:
-        said, rest, checksum = numbered.groups()
-        if checksum is not None:
-            found = 0
-            for byte in command[: command.rindex("*")].lstrip().encode():
-                found ^= byte
-            if found != int(checksum):
-                raise ParseError(
-                    f"line {number}: N{said} has checksum {checksum}, but its text gives {found}"
-                )
-        command = rest
-    if "(" in command:
-        command = PARENTHESES.sub(" ", command)
-    return command.strip().upper(), comment if semicolon else None
+def _values(command: str) -> dict[str, float]:
+    """The words of a clean command of the kind that is followed; 0 for a bare letter, as in G28 X."""
+    return {word[0]: float(word[1:] or 0.0) for word in command.split(" ")[1:]}
 
 
-def _words(text: str, number: int) -> tuple[str, dict[str, float]]:
-    """The code of a command, such as G1, and the numbers of its other words."""
-    first = WORD.match(text)
-    if first is None and EXTENDED.match(text):
-        return text.split(maxsplit=1)[0], {}
-    if first is None:
-        raise ParseError(f"line {number}: {text[:40]!a} is no G-code command")
-    if first[1] in "XYZEF":
-        raise ParseError(
-            f"line {number}: {text[:40]!a} has coordinates but no G0 or G1, which is not read here"
-        )
-    code = first[1] + first[2].lstrip("0").rstrip(".") if first[2].strip("0") else first[1] + "0"
-    if code[0] != "G":
-        return code, {}  # other commands may carry free text
-    words: dict[str, float] = {}
-    place = first.end()
-    while place < len(text):
-        word = WORD.match(text, place)
-        if word is None:
-            if text[place].isspace():
-                place += 1
-                continue
-            bare = text[place].isalpha() and code == "G28"  # G28 X names an axis without a number
-            if not bare:
-                raise ParseError(
-                    f"line {number}: '{text[place : place + 20]}' is no word of a letter and a number"
-                )
-            words[text[place]] = 0.0
-            place += 1
-            continue
-        words[word[1]] = float(word[2])
-        place = word.end()
-    return code, words
-
-
-def _motion(machine: _Machine, code: str, words: dict[str, float], number: int) -> tuple[Kind, float] | None:
+def _motion(machine: _Machine, code: str, words: dict[str, float]) -> tuple[Kind, float] | None:
     """Carry out G0 and G1: what kind of move it was, and the feed; None for other codes."""
-    if code in UNKNOWN_MOTION:
-        raise ParseError(
-            f"line {number}: {code} draws a curve, which is not read here; have it written as lines"
-        )
-    if code not in ("G0", "G1"):
+    if code not in MOTION:
         return None
     if "F" in words:
         machine.speed_mm_s = words["F"] * machine.unit / 60

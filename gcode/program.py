@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dialect.commands import EMPTIES_QUEUE, IMMEDIATE_OUTPUTS, code_of
+from dialect.numbers import plain
+from dialect.reader import clean
 from gcode.bead import bead_area_mm2, bead_height_mm, feed_per_mm
 from gcode.errors import BuildVolumeError
 from gcode.estimate import seconds_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
-from profiles import Profile, plain, render
+from profiles import Profile, render
 from slicer.travel import Plan
 
 STILL_MM = 1e-6
@@ -107,6 +110,15 @@ def _inside(plan: Plan, profile: Profile, shift: tuple[float, float], tile: NDAr
     )
 
 
+def _when_due(lines: list[str]) -> list[str]:
+    """The lines that turn a valve, behind a wait for the moves before them where Marlin would not wait."""
+    codes = [code_of(command) for command in map(clean, lines)]
+    immediate = next((k for k, code in enumerate(codes) if code in IMMEDIATE_OUTPUTS), None)
+    if immediate is None or set(codes[:immediate]) & EMPTIES_QUEUE:
+        return lines
+    return ["M400", *lines]
+
+
 class _Writer:
     """Keeps where the nozzle is and whether material flows, and yields moves."""
 
@@ -116,8 +128,8 @@ class _Writer:
         self.depth = profile.machine.fixed_mm
         self.limits = AxisLimits.of(profile)
         self.top = profile.machine.build_corner_mm[2] + profile.machine.build_volume_mm[2]
-        self.open_lines = render(profile.gcode.valve_open, profile.values)
-        self.close_lines = render(profile.gcode.valve_close, profile.values)
+        self.open_lines = _when_due(render(profile.gcode.valve_open, profile.values))
+        self.close_lines = _when_due(render(profile.gcode.valve_close, profile.values))
         self.x = self.y = math.nan
         self.toolpath = -1
         self.flowing = profile.material.feed != "pneumatic"  # a loaded feed is ready; a valve starts closed

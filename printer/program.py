@@ -5,13 +5,15 @@ import re
 from array import array
 from bisect import bisect_right
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from dialect.errors import ReadError
+from dialect.reader import read
+from dialect.source import Source, load
 from printer.errors import ProtocolError
-from printer.protocol import clean, fault_of
 
-TOOLPATH = re.compile(r"\s*;\s*TOOLPATH\s+(\d+)\b")
+TOOLPATH = re.compile(r"\s*TOOLPATH\s+(\d+)\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,56 +44,48 @@ class Program:
         return bisect_right(self.lines, line)
 
 
-def read_program(path: Path) -> Program:
-    """Read a G-code file.
+def read_program(source: Source | Path) -> Program:
+    """Read a G-code file, or one that has been loaded.
 
     Raises:
-        OSError: if the file cannot be read.
-        ProtocolError: if it is no UTF-8 text, or holds a line that Marlin cannot take.
+        ProtocolError: if it cannot be read, or holds a line that Marlin cannot take.
     """
-    data = path.read_bytes()
     try:
-        text = data.decode()
-    except UnicodeDecodeError as error:
-        raise ProtocolError(
-            f"{path.name}: byte {error.start} is no UTF-8 text: this is no G-code file, or a binary one"
-        ) from error
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
-    return make_program(text.split("\n"), name=path.name, sha256=hashlib.sha256(data).hexdigest())
+        source = load(source) if isinstance(source, Path) else source
+    except ReadError as error:
+        raise ProtocolError(str(error)) from None
+    program = make_program(source.lines, name=source.name, sha256=source.sha256)
+    return replace(program, name=Path(source.name).name)
 
 
 def make_program(lines: Iterable[str], name: str = "program", sha256: str | None = None) -> Program:
-    """Clean the lines and check each.
+    """Read the lines, as ``dialect.reader`` does.
 
     Raises:
-        ProtocolError: for a command that is too long or that contains M110, with its line.
+        ProtocolError: for what is no command, is too long or contains M110, with its line.
     """
     digest = hashlib.sha256()
     commands: list[str] = []
     numbers, toolpaths = array("q"), array("q")
     printing_time_s: float | None = None
     known: dict[str, str] = {}  # repeated commands are stored once
-    for number, line in enumerate(lines, start=1):
-        if sha256 is None:
+    if sha256 is None:
+        lines = list(lines)
+        for line in lines:
             digest.update(line.encode(errors="surrogatepass") + b"\n")
-        if ";" in line:
-            if TOOLPATH.match(line):
-                toolpaths.append(len(commands))
-            elif printing_time_s is None and "printing time" in line:
-                printing_time_s = read_duration(line)
-        if command := clean(line):
-            if len(command) > 60 or "M110" in command or not (command.isascii() and command.isprintable()):
-                _refuse(command, name, number)
-            commands.append(known.setdefault(command, command) if len(command) < 12 else command)
-            numbers.append(number)
+    try:
+        for number, command, comment in read(lines, name):
+            if comment is not None:
+                if not command and TOOLPATH.match(comment):
+                    toolpaths.append(len(commands))
+                elif printing_time_s is None and "printing time" in comment:
+                    printing_time_s = read_duration(comment)
+            if command:
+                commands.append(known.setdefault(command, command) if len(command) < 12 else command)
+                numbers.append(number)
+    except ReadError as error:
+        raise ProtocolError(str(error)) from None
     return Program(name, commands, numbers, toolpaths, sha256 or digest.hexdigest(), printing_time_s)
-
-
-def _refuse(command: str, name: str, number: int) -> None:
-    # Our own lines share the numbers; ten times the line and a thousand leave room for all of them.
-    fault = fault_of(command, 10 * number + 1000)
-    if fault:
-        raise ProtocolError(f"{name}: line {number}: {command[:40]!r}: {fault}.")
 
 
 def read_duration(comment: str) -> float | None:

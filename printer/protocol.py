@@ -5,52 +5,33 @@ The facts come from a natively built Marlin (bugfix-2.1.x of 2025-02); docs/stre
 
 import re
 from dataclasses import dataclass
-from functools import reduce
-from operator import xor
 from typing import TypeAlias
 
+from dialect import reader
+from dialect.capacity import MAX_LINE, fault_of, unescaped
+from dialect.errors import ReadError
+from dialect.reader import checksum
+from printer.errors import ProtocolError
 from printer.words import FATAL, RESET, START
 
-MAX_LINE = 95
-"""Longest line in bytes, newline apart: Marlin keeps MAX_CMD_SIZE = 96 with the end mark."""
+__all__ = ["MAX_LINE", "checksum", "clean", "fault_of", "frame", "parse_reply", "unescaped"]
 
 HELLO = b"N0 M110 N0*125\n"
 """Sets the line counter to 0; Marlin obeys it on reception, before the lines that it has queued."""
-
-# The argument of these is text for people or a file name: only the command word may change its case.
-TEXT_COMMANDS = frozenset(f"M{code}" for code in (0, 1, 16, 23, 28, 30, 32, 33, 117, 118, 550, 587, 928))
-
 
 # --- out: from a line of a program to a line on the wire ---------------------------------------------
 
 
 def clean(line: str) -> str:
-    """A program line as Marlin wants it: no comment, no blanks around, in upper case.
+    """A single line as Marlin wants it; "" for one that holds no command, for Marlin answers it with nothing.
 
-    ``\\`` is Marlin's escape, so ``\\;`` starts no comment; the escape stays, for the printer removes it.
-    Returns "" for a line that holds no command: Marlin answers such a line with nothing, so send none.
+    Raises:
+        ProtocolError: if it is no command.
     """
-    if ";" in line:
-        line = _without_comment(line)
-    line = line.strip()
-    word = line.split(maxsplit=1)[0].upper() if line else ""
-    if word in TEXT_COMMANDS:
-        return word + line[len(word) :]
-    return line.upper()
-
-
-def _without_comment(line: str) -> str:
-    escaped = False
-    for place, letter in enumerate(line):
-        if letter == ";" and not escaped:
-            return line[:place]
-        escaped = letter == "\\" and not escaped
-    return line
-
-
-def checksum(data: bytes) -> int:
-    """The exclusive or of all bytes, 0 to 255."""
-    return reduce(xor, data, 0)
+    try:
+        return reader.clean(line)
+    except ReadError as error:
+        raise ProtocolError(f"{line[:40]!a}: {error}") from None
 
 
 def frame(number: int, command: str) -> bytes:
@@ -60,27 +41,6 @@ def frame(number: int, command: str) -> bytes:
     """
     line = b"N%d %s" % (number, command.encode())
     return b"%s*%d\n" % (line, checksum(unescaped(line) if b"\\" in line else line))
-
-
-def unescaped(line: bytes) -> bytes:
-    """The line as Marlin stores it: a backslash goes, and the byte behind it stays."""
-    return re.sub(rb"\\(.?)", rb"\1", line, flags=re.DOTALL)
-
-
-def fault_of(command: str, highest_number: int) -> str | None:
-    """Why ``command`` must never be sent as a numbered line, or None if it may be."""
-    length = len(unescaped(command.encode(errors="replace")))
-    room = MAX_LINE - len(b"N%d *255" % highest_number)
-    if length > room:
-        return (
-            f"it has {length} bytes, and Marlin takes at most {room} beside line number and checksum: "
-            "shorten it"
-        )
-    if any(letter < " " and letter != "\t" for letter in command):
-        return "a control character ends or garbles the line: remove it"
-    if "M110" in command:
-        return "M110 anywhere in a line makes Marlin reset its line counter: remove it"
-    return None
 
 
 # --- in: from bytes of the printer to a value --------------------------------------------------------

@@ -5,6 +5,7 @@ import re
 from bisect import bisect_right
 from dataclasses import dataclass
 
+from dialect.numbers import FEED_DECIMALS, fixed
 from printer.errors import JournalError, ResumeError
 from printer.journal import LINES_PER_SYNC, Entry
 from printer.program import Program
@@ -225,7 +226,7 @@ def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm:
         *_fed(prime_mm, safety),
         *state.outputs.values(),
         *_recovered(state, safety),
-        f"G92 E{state.position.get('E', 0.0):.5f}",
+        f"G92 E{fixed(state.position.get('E', 0.0), FEED_DECIMALS)}",
         f"G1 {feed(state.feed_mm_s)}",
         "G90" if state.absolute else "G91",
         "M82" if state.absolute_e else "M83",

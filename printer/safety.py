@@ -2,23 +2,22 @@
 
 import re
 
+from dialect.numbers import FEED_DECIMALS, POSITION_DECIMALS, plain
 from printer.protocol import clean
 from printer.settings import Safety
 
-E_DECIMALS = 5  # as in the programs
 EXTRUSION = re.compile(r"\s*G0*[01]\b.*?E\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 
 
-def number(value: float, decimals: int = 3) -> str:
-    """A number as G-code wants it: rounded, without an exponent, and never "-0"."""
-    text = f"{value:.{decimals}f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+def number(value: float, decimals: int = POSITION_DECIMALS) -> str:
+    """A coordinate or a speed in its shortest form."""
+    return plain(value, decimals)
 
 
 def feed_of(mm: float) -> str:
     """The E word for ``mm`` of material; "" if its digits say nothing. Each word that this package sends has
     these digits, and `extrusion` reads them, so that what is primed is what was drawn back."""
-    text = number(mm, E_DECIMALS)
+    text = number(mm, FEED_DECIMALS)
     return "" if text == "0" else f"E{text}"
 
 

@@ -2,6 +2,6 @@
 
 from profiles.load import ProfileError, load, made, shipped
 from profiles.profile import Profile
-from profiles.template import plain, render
+from profiles.template import render
 
-__all__ = ["Profile", "ProfileError", "load", "made", "plain", "render", "shipped"]
+__all__ = ["Profile", "ProfileError", "load", "made", "render", "shipped"]

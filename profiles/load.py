@@ -10,8 +10,8 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from dialect.numbers import plain
 from profiles.profile import Profile
-from profiles.template import plain
 
 MOST_BYTES = 1_000_000
 

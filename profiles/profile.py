@@ -130,6 +130,10 @@ class Gcode(_Section):
     )
     valve_open: tuple[str, ...] = Field((), description="Lines that open the valve (pneumatic feed).")
     valve_close: tuple[str, ...] = Field((), description="Lines that close the valve (pneumatic feed).")
+    allowed_commands: tuple[Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.]*$")], ...] = Field(
+        (),
+        description="Commands such as M900 that the check lets pass though it cannot follow them.",
+    )
     progress_m73: bool = Field(
         False, strict=True, description="Write M73 progress; off in Marlin by default."
     )

@@ -4,6 +4,10 @@ import difflib
 import string
 from collections.abc import Mapping, Sequence
 
+from dialect.errors import ReadError
+from dialect.numbers import plain
+from dialect.reader import clean
+
 
 def check_template(line: str, values: Mapping[str, object]) -> str | None:
     """What is wrong with a line, or None: an unknown placeholder, a stray brace, a control character."""
@@ -22,13 +26,11 @@ def check_template(line: str, values: Mapping[str, object]) -> str | None:
             return f"'{line}': unknown placeholder {{{name}}}{hint}"
     if not line.isprintable():
         return f"{line!r} holds a control character; give one line of G-code an entry"
+    try:
+        clean(render([line], values)[0])
+    except ReadError as error:
+        return f"'{line}': {error}"
     return None
-
-
-def plain(value: float) -> str:
-    """A number without an exponent and without zeros at its end."""
-    text = f"{value:.6f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
 
 
 def render(lines: Sequence[str], values: Mapping[str, object]) -> list[str]:

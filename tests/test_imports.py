@@ -8,11 +8,12 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ARROWS = {
-    "vslice": {"gcode", "slicer", "printer", "profiles"},
-    "gcode": {"slicer", "profiles"},
+    "vslice": {"gcode", "slicer", "printer", "profiles", "dialect"},
+    "gcode": {"slicer", "profiles", "dialect"},
     "slicer": set(),
-    "printer": set(),
-    "profiles": set(),
+    "printer": {"dialect"},
+    "profiles": {"dialect"},
+    "dialect": set(),
 }
 SEQUENCE = ROOT / "slicer" / "sequence"
 INNER = {

@@ -12,11 +12,12 @@ WRONG_INPUT = {
     "GridError",
     "ProfileError",
     "ParseError",
+    "ReadError",
     "CrossingError",
     "SequenceError",
     "ProtocolError",
 }
-OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "vslice"}
+OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice"}
 
 
 def report(error: Exception, *, traceback_wanted: bool) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 import profiles
+from dialect.source import Source
 from gcode import carried
 from gcode.head import facts_of, read_head
 from gcode.moves import Kind, Move
@@ -96,7 +97,9 @@ def mismatch(moves: Sequence[Move], grid_sha256: str | None) -> list[str]:
     return []
 
 
-def read_program(path: Path, name: str | None, overrides: tuple[str, ...]) -> tuple[list[Move], str, Profile]:
+def read_program(
+    path: Path | Source, name: str | None, overrides: tuple[str, ...]
+) -> tuple[list[Move], str, Profile]:
     """The moves of a G-code file in the plane of its machine, and that machine; see ``profile_for``.
 
     Raises:
@@ -105,7 +108,9 @@ def read_program(path: Path, name: str | None, overrides: tuple[str, ...]) -> tu
     """
     moves = read_moves(path)
     comments = [move.text for move in moves if move.kind == Kind.COMMENT]
-    name, profile = profile_for(comments, str(path), name, overrides)
+    name, profile = profile_for(
+        comments, path.name if isinstance(path, Source) else str(path), name, overrides
+    )
     if profile.machine.plane == "YZ":
         moves = [move._replace(x_mm=move.depth_mm, depth_mm=move.x_mm) for move in moves]
     return moves, name, profile

@@ -99,12 +99,11 @@ def test_dwells_and_firmware_retraction():
 @pytest.mark.parametrize(
     ("line", "says"),
     [
-        ("N3 G1 X1*7", r"line 2: N3 has checksum 7, but its text gives \d+"),
-        ("G2 X1 I1", "line 2: G2 draws a curve"),
-        ("G1 X1.2.3", "line 2: '.3' is no word"),
-        ("G1 Xabc", "line 2: 'XABC' is no word"),
+        ("N3 G1 X1*7", "line 2: the line has checksum 7, but its text gives 98"),
+        ("G1 X1.2.3", "line 2: G1: 'X1.2.3' is no word"),
+        ("G1 Xabc", "line 2: G1: X has no number"),
         ("?", "line 2: '\\?' is no G-code command"),
-        ("X500 Z1", "line 2: 'X500 Z1' has coordinates but no G0 or G1"),
+        ("X500 Z1", "line 2: 'X500 Z1' has words but no G0 or G1"),
         ("G1 X1\0", "line 2: this is no line of G-code"),
     ],
 )
@@ -119,8 +118,8 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     with pytest.raises(ParseError, match="is a folder"):
         read_moves(tmp_path)
     file = tmp_path / "part.gcode"
-    file.write_bytes(b"G1 X1 ; caf\xe9\nG3 X1\n")
-    with pytest.raises(ParseError, match="part.gcode: line 2: G3"):
+    file.write_bytes(b"G1 X1 ; caf\xe9\nG1 X\n")
+    with pytest.raises(ParseError, match="part.gcode: line 2: G1"):
         read_moves(file)
 
 

@@ -118,6 +118,7 @@ M84
 ; gcode.end = ["M104 S0", "M140 S0", "M84"]
 ; gcode.valve_open = []
 ; gcode.valve_close = []
+; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
@@ -130,4 +131,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:6f9a3396241b2d304be9fcc12744dde060854b01a14499b1fdd29f2d44dabfcd
+; vslice profile end sha256:ce327f2432b0bbe00fb278f313770d62bd565c68bb0bc1af142b7f78c7f5f707

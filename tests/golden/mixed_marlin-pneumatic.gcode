@@ -171,6 +171,7 @@ M84
 ; gcode.end = ["M107", "M302 P0", "M84"]
 ; gcode.valve_open = ["M106 S255"]
 ; gcode.valve_close = ["M107"]
+; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
@@ -183,4 +184,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:cee4413269a0480f4f2e61f58d7fbe3dba4f5194c938cb842cd0f4322fff15f2
+; vslice profile end sha256:31f24a21de967a01577fab7c2626f6ad895b1b537b3b0d0cb880ddf2b301e673

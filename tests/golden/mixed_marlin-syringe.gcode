@@ -114,6 +114,7 @@ M84
 ; gcode.end = ["M302 P0", "M84"]
 ; gcode.valve_open = []
 ; gcode.valve_close = []
+; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
@@ -126,4 +127,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:a7e6de3a24d6b3037c90916db38ea710a865cc5c0cc7cf7e2e11fb61e71b4ea0
+; vslice profile end sha256:8b36e4152a9f9a367bb6542cd4d0b04b682c98a621d7ca046c5844b240f89966

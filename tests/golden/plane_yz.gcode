@@ -83,6 +83,7 @@ M84
 ; gcode.end = ["M104 S0", "M140 S0", "M84"]
 ; gcode.valve_open = []
 ; gcode.valve_close = []
+; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
@@ -95,4 +96,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:037a9a5f5455c1b6804d05fc224ee46ad03eed0a55ba707e8769dd35deabd352
+; vslice profile end sha256:743cacaf2842e5e87d3a72462ebaf37971d6f9dce2f0180ed886d386e4c714e3

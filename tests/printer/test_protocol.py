@@ -104,7 +104,10 @@ def test_the_checksums_are_those_of_the_transcript():
 @search(deadline=None)
 @given(st.integers(0, 10**7), st.text(st.characters(codec="utf-8", exclude_characters="\n\r"), max_size=40))
 def test_a_framed_line_arrives_with_its_own_checksum(number, text):
-    command = clean(text)
+    try:
+        command = clean(text)
+    except ProtocolError:
+        return
     if not command or "M110" in command:
         return
     line = frame(number, command)[:-1]
@@ -147,7 +150,7 @@ def test_the_longest_line_just_fits():
         ("M117 " + "x" * 100, "105 bytes"),
         ("M117 M110 N77", "M110"),
         ("M110 N5", "M110"),
-        ("G1 X1\x00", "control character"),
+        ("G1 X1\x00", "binary"),
         ("M117 " + "ä" * 45, "95 bytes"),
     ],
 )

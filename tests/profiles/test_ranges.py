@@ -6,6 +6,7 @@ import pytest
 from pydantic import BaseModel
 
 import profiles
+from dialect.numbers import plain
 from profiles import Profile, ProfileError
 
 HOSTILE = [
@@ -85,7 +86,7 @@ def test_what_lies_outside_is_refused_with_both_numbers(section, key, place, sch
         with pytest.raises(ProfileError) as caught:
             profiles.load("marlin-generic", [setting(section, key, place, value)])
         where = f"[{section}] {key}" + ("" if place is None else f"[{place}]")
-        assert f"{where}: {value!r} must be {word} {profiles.plain(limit)}." in str(caught.value)
+        assert f"{where}: {value!r} must be {word} {plain(limit)}." in str(caught.value)
     for end in ("minimum", "maximum"):
         value = schema[end] if schema["type"] == "integer" else float(schema[end])
         profiles.load("marlin-generic", [setting(section, key, place, value)])

@@ -14,7 +14,7 @@ MOST = 20
 
 
 @click.command("check", epilog="Example: vslice check part.gcode --grid grid.json -p marlin-syringe")
-@click.argument("program_file", metavar="PART.gcode", type=click.Path(path_type=Path))
+@click.argument("program_file", metavar="PART.gcode", type=click.Path(path_type=Path, allow_dash=True))
 @click.option(
     "--grid",
     "grid_file",
@@ -36,17 +36,21 @@ def command(
 
     Independent of how it was made: every extrusion must be printable, no travel may pass through printed
     material, positions and speeds must be within the machine's limits, extrusion must be constant and
-    stop while travelling. Exits with 1 if anything is wrong.
+    stop while travelling, and only commands that are followed may stand in the print. PART.gcode may be
+    - for standard input. Exits with 1 if anything is wrong.
     """
     settings_without_effect("the check", overrides, "printer")
+    from dialect.source import load_stream
     from gcode.check import check
     from vslice.machine import mismatch, read_program
     from vslice.reading import read_grid
 
     with progress(2) as step:
         step("reading")
+        given = str(program_file) == "-"
+        source = load_stream(sys.stdin.buffer, "standard input") if given else program_file
         sheet = None if grid_file is None else read_grid(grid_file)
-        moves, _, profile = read_program(program_file, profile_name, overrides)
+        moves, _, profile = read_program(source, profile_name, overrides)
         step("replaying")
         report = check(moves, profile, sheet)
     wrong = report.violations

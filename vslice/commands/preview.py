@@ -1,5 +1,6 @@
 """``vslice preview``: a grid or a program as a picture."""
 
+import sys
 from pathlib import Path
 
 import click
@@ -10,7 +11,7 @@ from vslice.session import common, say
 
 
 @click.command("preview", epilog="Example: vslice preview part.gcode -o part.png --color order")
-@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path, allow_dash=True))
 @click.option(
     "-o",
     "--output",
@@ -40,8 +41,12 @@ from vslice.session import common, say
 def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profile_name: str | None) -> None:
     """Draw a grid or a G-code program.
 
-    A grid is a file whose first character is a brace; anything else is read as G-code.
+    A grid is a file whose first character is a brace; anything else is read as G-code. FILE may be - for
+    a program on standard input.
     """
+    given = str(file) == "-"
+    if given and out is None:
+        raise click.UsageError("The picture of standard input needs a name: give -o PICTURE.png.")
     target = out or file.with_name(file.name + ".png")
     file_format = picture_format(target)
     not_onto_input(file, target)
@@ -49,21 +54,23 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
     output.check_place(target)
     if file_format != "png":
         no_effect(f"a picture of lines, {target.suffix}", "dpi")
-    if _is_grid(file):
+    if not given and _is_grid(file):
         no_effect("a grid", "color", "profile_name")
     else:
         no_effect("a program", "show")
     from gcode import preview
 
-    if _is_grid(file):
+    if not given and _is_grid(file):
         from vslice.reading import read_grid
 
         sheet = read_grid(file)
         figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
     else:
+        from dialect.source import load_stream
         from vslice.machine import read_program
 
-        moves, _, profile = read_program(file, profile_name, ())
+        source = load_stream(sys.stdin.buffer, "standard input") if given else file
+        moves, _, profile = read_program(source, profile_name, ())
         drawing = preview.Drawing.of_moves(moves, profile)
         if len(drawing.toolpaths) == 0:
             raise click.ClickException(

@@ -1,0 +1,1 @@
+"""How a program is written: its text, its words, its numbers. Knows no machine and no geometry."""

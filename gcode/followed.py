@@ -1,0 +1,159 @@
+"""Which commands a replay follows, and so may stand in a print; every other one is named.
+
+Between the first and the last extrusion only what is listed here may stand, in a form that changes nothing
+that is not followed. Before and behind, start and end blocks may hold anything but what would shift, scale
+or replace the print itself.
+"""
+
+import re
+
+from dialect.commands import EMPTIES_QUEUE, IMMEDIATE_OUTPUTS, code_of
+from dialect.reader import clean
+from dialect.words import values_of
+from gcode.moves import Kind, Move
+from gcode.violation import Violation
+from profiles import Profile, render
+
+BARE = frozenset({"G21", "G90", "G91", "M82", "M83", "M400", "M105", "M114"})
+"""Modes that are followed, waits and questions; none has words."""
+
+HEATERS = {
+    "M104": "nozzle_temperature_c",
+    "M109": "nozzle_temperature_c",
+    "M140": "bed_temperature_c",
+    "M190": "bed_temperature_c",
+}
+FANS = frozenset({"M106", "M107"})
+ACCELERATIONS = {"M201": "XYZE", "M204": "PRTS", "M205": "XYZEJ"}
+"""How fast speeds change, and the words that say so. S and T of M205 would raise slow feeds."""
+
+EXTRUDES_FROM_C = 170.0
+"""Below this Marlin extrudes nothing (EXTRUDE_MINTEMP)."""
+
+NO_EFFECT = {"M200": "S0", "M220": "S100", "M221": "S100"}
+"""Factors on flow and speed, and the one form of each that changes nothing."""
+
+NEVER = frozenset(
+    f"G{code}" for code in (2, 3, 5, 7, 8, 16, 41, 42, 43, 49, 51, 53, 54, 55, 56, 57, 58, 59, 68, 76, 93, 95)
+) | frozenset(
+    f"M{code}" for code in (23, 24, 28, 30, 32, 92, 98, 112, 206, 218, 290, 410, 428, 502, 665, 666, 851)
+)
+"""Curves, other coordinates, other scales, other programs, an emergency stop: wrong wherever they stand."""
+
+HOMES_UP = re.compile(r"G(28|29|30|33|34|35|38|76|425)\b")
+
+
+def check_commands(moves: list[Move], printing: list[bool], profile: Profile) -> list[Violation]:
+    """Name every command that is not followed where it stands.
+
+    Args:
+        printing: for each move, whether it lays material.
+    """
+    allowed = {name.upper() for name in profile.gcode.allowed_commands}
+    valve = set(valve_lines(profile)) if profile.material.feed == "pneumatic" else set()
+    outputs = {_output(line) for line in valve} - {None}
+    laid = [k for k, prints in enumerate(printing) if prints]
+    first, last = (laid[0], laid[-1]) if laid else (len(moves), len(moves))
+    found: list[Violation] = []
+    queued = False
+    for k, move in enumerate(moves):
+        if move.kind in (Kind.TRAVEL, Kind.EXTRUDE, Kind.FEED):
+            queued = True
+        if move.kind == Kind.DWELL:
+            queued = False
+        if not move.text or move.kind == Kind.COMMENT:
+            continue
+        code = code_of(move.text)
+        middle = first < k < last
+        if code in EMPTIES_QUEUE:
+            queued = False
+        if queued and middle and code in IMMEDIATE_OUTPUTS:
+            text = f"{move.text} acts when it is read, while moves before it are queued: put M400 before it"
+            found.append(Violation(move.line, "flow", text))
+        if code in allowed or move.text in valve:
+            continue
+        why = _anywhere(move.text, code)
+        if why is None and k > first and not middle and _homes_down(move.text, profile):
+            why = "drives the nozzle down into the sheet that stands"
+        if why is None and middle:
+            why = _in_the_middle(move.text, code, profile)
+            if why is None and _output(move.text) in outputs:
+                why = "turns the output of the valve, but neither opens nor closes it as the profile does"
+        if why is not None:
+            found.append(Violation(move.line, "command", f"{move.text} {why}"))
+    return found
+
+
+def valve_lines(profile: Profile) -> list[str]:
+    """The profile's own lines that open and close the valve, as the reader gives them."""
+    blocks = (profile.gcode.valve_open, profile.gcode.valve_close)
+    return [command for lines in blocks for command in map(clean, render(lines, profile.values)) if command]
+
+
+def _anywhere(text: str, code: str) -> str | None:
+    """Why a command is wrong wherever it stands."""
+    base = code.partition(".")[0]
+    words = values_of(text)
+    if code in NO_EFFECT:
+        letter, value = NO_EFFECT[code][0], float(NO_EFFECT[code][1:])
+        return None if words == {letter: value} else UNSURE
+    if base in ("G0", "G1"):
+        odd = ", ".join(sorted(words.keys() - set("XYZEF")))
+        return f"has words that are not followed here ({odd or code})" if odd or code != base else None
+    shifts = base == "G10" and bool({"L", "P"} & words.keys())
+    subcode = code != base and base in ("G4", "G20", "G21", "G28", "G90", "G91", "G92")
+    other_tool = code[0] == "T" and code != "T0"
+    if base in NEVER or shifts or subcode or other_tool or code[0] == "O" or base in MACROS:
+        return UNSURE
+    return None
+
+
+UNSURE = "is not followed here; what comes is unsure"
+MACROS = frozenset(f"M{code}" for code in range(810, 820))
+
+
+def _homes_down(text: str, profile: Profile) -> bool:
+    if profile.printer.build_axis_homes_up or not HOMES_UP.match(text):
+        return False
+    axes = values_of(text).keys() & set("XYZ")
+    return not text.startswith("G28") or not axes or "Z" in axes
+
+
+def _in_the_middle(text: str, code: str, profile: Profile) -> str | None:
+    """Why a command must not stand between the first and the last extrusion."""
+    words = values_of(text)
+    if text in BARE or code in ("G0", "G1", "M73", *NO_EFFECT):
+        return None
+    if code == "G92" and words.keys() == {"E"}:
+        return None
+    if code in ("M117", "M118"):
+        return "asks the host for an action" if "action:" in text.lower() else None
+    if code in FANS and words.keys() <= {"S", "P"} and all(value is not None for value in words.values()):
+        return None
+    if code in HEATERS:
+        return _cold(words, code, profile)
+    if code in ACCELERATIONS and words and words.keys() <= set(ACCELERATIONS[code]):
+        slow = [letter for letter, value in words.items() if not value or value <= 0]
+        return f"sets {slow[0]} to nothing" if slow else None
+    return "is not followed in the middle of a print; [gcode] allowed_commands of a profile may allow it"
+
+
+def _cold(words: dict[str, float | None], code: str, profile: Profile) -> str | None:
+    """Why a temperature would end the flow of material."""
+    target = words.get("S", words.get("R"))
+    if len(words) != 1 or target is None:
+        return "sets no temperature that is followed here"
+    wanted = float(profile.values[HEATERS[code]])  # type: ignore[arg-type]
+    if wanted > 0 and target <= 0:
+        return f"switches heat off in the middle of a print, the profile has {wanted:g} C"
+    if HEATERS[code].startswith("nozzle") and target < EXTRUDES_FROM_C <= wanted:
+        return f"is below {EXTRUDES_FROM_C:g} C, where nothing is extruded; the profile has {wanted:g} C"
+    return None
+
+
+def _output(text: str) -> tuple[str, float | None] | None:
+    """Which output a command turns: the fan or pin of its number."""
+    code = code_of(text)
+    if code in FANS:
+        return "fan", values_of(text).get("P") or 0.0
+    return (code, values_of(text).get("P")) if code in IMMEDIATE_OUTPUTS else None
