@@ -255,8 +255,8 @@ class Journal:
             self._sync()
 
     def close_job(self, line: int, ended: str, refused: Sequence[str] = ()) -> None:
-        """The job ended in an orderly way: "finished", "stopped", ...; ``refused`` is what the printer said of
-        commands that it did not carry out."""
+        """The job ended in an orderly way: "finished", "stopped", ...; ``refused`` is what the printer said
+        of commands that it did not carry out."""
         self._append({"line": line, "ended": ended} | ({"refused": list(refused)} if refused else {}))
 
     def close(self) -> None:
