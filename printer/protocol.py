@@ -172,7 +172,7 @@ def parse_reply(line: bytes) -> Reply:
     if low.startswith(("resend", "rs ")) and (match := RESEND.match(text)):
         return Resend(int(match[1]) if match[1] else None)
     if low.startswith(("error:", "!!")):
-        words = text.split(":", 1)[-1].strip()
+        words = text if low.startswith("!!") else text.split(":", 1)[1].strip()
         if LINE_ERROR.search(words):
             last = LAST_LINE.search(words)
             return Error(words, resend=True, last=int(last[1]) if last else None)

@@ -7,8 +7,9 @@ from printer.window import Window
 REPEATS = 25
 """Requests for one line, or for impossible ones, after which the job fails."""
 
-FAR = 64
-"""Lines by which a count of oks is never mistaken: between two marks there are no more."""
+FAR = 16
+"""Lines beyond the window by which a count of oks is never mistaken: a printer that holds more of them has
+lost some, and asks."""
 
 
 class Verdict(Enum):
@@ -28,8 +29,8 @@ class Resends:
     of them, or the error before it that names the same line, to end a job.
     """
 
-    def __init__(self, window: Window) -> None:
-        self.window = window
+    def __init__(self, window: Window, window_lines: int) -> None:
+        self.window, self._far = window, FAR + window_lines
         self.swallow = False  # the next plain ok belongs to a request, and acknowledges nothing
         self.asked, self.late, self.repeats = 0, 0, 0  # the last one obeyed, its echoes to come, their count
         self.open = False  # the line asked for has not been taken yet
@@ -75,7 +76,7 @@ class Resends:
             return Verdict.GIVE_UP
         if number is None or not 1 <= number <= window.top:
             return Verdict.IGNORE
-        if number < max(window.proved, window.acked - FAR):
+        if number < max(window.proved, window.acked - self._far):
             sure = number in (self._doubted, None if last is None else last + 1)
             self._doubted = number
             return Verdict.LOST if sure else Verdict.IGNORE

@@ -26,21 +26,24 @@ from printer.protocol import (
     parse_reply,
 )
 from printer.report import State
-from printer.resends import FAR, REPEATS, Resends, Verdict
+from printer.resends import REPEATS, Resends, Verdict
 from printer.safety import leave
 from printer.settings import Settings
-from printer.waits import blocking_s
+from printer.waits import dwell_s, guessed_s
 from printer.window import OTHER_MARK, Window
-from printer.words import HARMLESS, NO_SENSOR, PREVENTED, code_of, means, unknown_command
+from printer.words import HARMLESS, NO_SENSOR, PREVENTED, UNHOMED, code_of, means, unknown_command
 
 # Nothing is sent before the ok of these. A line behind M410 is corrupted; behind one that waits for a
-# heater or a user, lines would fill the command slots, and M108 and M112 act early only if one is free; and
-# one that tells a position by itself would answer a mark behind it.
-ALONE = frozenset({"M410", "M109", "M190", "M191", "M0", "M1", "M600", "G28", "G29"})
+# heater or a user, lines would fill the command slots, and M108 and M112 act early only if one is free; one
+# that tells a position by itself would answer a mark behind it; and the last mark, behind M400, must be the
+# only one whose answer can be heard.
+ALONE = frozenset({"M410", "M109", "M190", "M191", "M0", "M1", "M600", "M400", "G28", "G29"})
 HEATS = frozenset({"M109", "M190", "M191", "M116", "M303"})
 PLANNED = 24  # commands that may still be under way behind the last one that was acknowledged
 RECOVERY_S = 0.4  # after a resend, silence is broken sooner
 HALT_S = 5.0  # for the confirmation of M112
+MOST_PROBES = 2  # while a heater is waited for: lines behind it fill the command slots
+MARK_EVERY = 64  # lines at the most
 UNASKED = 2  # oks with temperatures that nobody asked for, after which they are oks like any other
 
 
@@ -58,7 +61,7 @@ class Sender:
         self.state, self.message, self.paused = State.BOOT, "", False
         self.pending = deque(["M115", *before])  # lines of our own that go next
         self.end, self.tail_given = len(commands), False
-        self.resends = Resends(self.window)
+        self.resends = Resends(self.window, settings.window_lines)
         self.probe: int | None = None  # the number of the mark that was sent into a silence
         self.alone: int | None = None  # this line goes alone, until it is acknowledged
         self.heating = 0  # the last line that waits for a heater
@@ -105,11 +108,18 @@ class Sender:
             case Busy() | Temperature(waiting=True):
                 self._alive(now)
             case Temperature() if self.heating >= self.window.proved:
-                self._alive(now)  # firmwares differ in how they report while they heat
+                self._warming(now)
             case Action(name):
                 self._obey(name, now)
             case Other(text):
                 self._remark(text)
+
+    def _warming(self, now: float) -> None:
+        """Heaters are reported while one is waited for. Firmwares differ in how they do that, and it may be
+        an automatic report behind which the wait was lost: so ask, but not without end."""
+        self.progressed = now
+        if self.probes >= MOST_PROBES:
+            self.probe_due = now + self.settings.probe_after_s
 
     def _ok(self, reply: Ok, now: float) -> None:
         window = self.window
@@ -159,7 +169,8 @@ class Sender:
     def _error(self, error: Error, now: float) -> None:
         """An error that asks for nothing: the end if the firmware has halted, else a matter of record."""
         if self.state is State.ABORT:
-            self._end(State.KILLED, f"halted with M112; the printer confirms: {error.text}")
+            if error.fatal:
+                self._end(State.KILLED, f"halted with M112; the printer confirms: {error.text}")
         elif error.fatal:
             self._fail(
                 f"the printer stopped, in its own words: {error.text}", "Find the cause, then reset it."
@@ -171,37 +182,46 @@ class Sender:
                 if self.state is State.HELLO:
                     self.resends.swallow = False
                     self._greet(now)
-        else:
+        elif not self._undone(error.text):
             self.heard.warn(f"Error: {error.text}")
+
+    def _undone(self, text: str) -> bool:
+        """Whether the firmware says that it has not moved or not fed; this ends the job."""
+        if PREVENTED.search(text):
+            what, advice = (
+                "fed no material",
+                "Heat the nozzle first (M109), or allow cold extrusion (M302 P1).",
+            )
+        elif UNHOMED.search(text):
+            what, advice = "did not move", "Home every axis in the start lines (G28)."
+        else:
+            return False
+        self.heard.refuse(text)
+        self._fail(f"the printer {what}, in its own words: {text}", advice)
+        return True
 
     def _remark(self, text: str) -> None:
         """An echo: of something that was not done, or of no consequence."""
-        if PREVENTED.search(text):
-            self.heard.refuse(text)
-            self._fail(
-                f"the printer fed no material, in its own words: {text}",
-                "Heat the nozzle first (M109), or allow cold extrusion in the start lines (M302 P1).",
-            )
+        if self._undone(text):
             return
         said = unknown_command(text)
-        if said is None:
-            self.heard.remark(text)
-            return
-        window = self.window
-        recent = range(max(1, window.acked - PLANNED), window.sent)
-        command = next((c for n in reversed(recent) if means(said, c := window.command(n))), None)
+        command = None if said is None else self._spoken_of(said)
         if command is None:
-            self.heard.remark(text)  # the remnant of a damaged line, which comes again
-        elif code_of(command) in HARMLESS:
-            self.heard.refuse(text)
-        elif self.state is State.STOP:
-            self.heard.refuse(text)  # it is stopping already
-        else:
-            self.heard.refuse(text)
+            self.heard.remark(text)  # perhaps the remnant of a damaged line, which comes again
+            return
+        self.heard.refuse(text)
+        if code_of(command) not in HARMLESS and self.state is not State.STOP:
             self._fail(
                 f"the printer does not know {command!r}, which is needed: {text}",
                 "Take a profile that fits its firmware.",
             )
+
+    def _spoken_of(self, said: str) -> str | None:
+        """The line that it quotes: the first that it has not acknowledged, or one shortly before."""
+        window = self.window
+        before = range(window.acked - 1, max(1, window.acked - PLANNED) - 1, -1)
+        lines = (window.command(n) for n in (*range(window.acked, window.sent), *before))
+        return next((command for command in lines if means(said, command)), None)
 
     def tick(self, now: float) -> None:
         """Take the time: due at `deadline`, harmless earlier."""
@@ -209,7 +229,7 @@ class Sender:
             return
         silence, stalled = now - self.heard.at, now - self.progressed
         self.heard.silent_until(now)
-        self.allowed_s = self._blocked_s(PLANNED)
+        self.allowed_s = self._blocked_s(PLANNED) + self._guessed_s()
         if self.state is State.ABORT:
             self._end(State.KILLED, "sent M112, which the printer did not confirm: switch it off")
         elif self.state is State.BOOT:
@@ -281,13 +301,20 @@ class Sender:
         return self.settings.stall_after_s + self.allowed_s
 
     def _blocked_s(self, behind: int) -> float:
-        """For how long the lines in flight, and ``behind`` before them, may keep the printer busy."""
+        """For how long dwells and moves in flight, and of ``behind`` lines before, keep the printer busy."""
         window = self.window
         if self.state not in (State.RUN, State.STOP):
             return 0.0
-        own = sum(blocking_s(window.command(n)) for n in range(window.acked, window.sent) if window.is_own(n))
+        own = sum(dwell_s(window.command(n)) for n in range(window.acked, window.sent) if window.is_own(n))
         first = max(0, window.index(window.acked) - behind)
         return own + sum(self.blocks_s[first : window.index(window.sent)])
+
+    def _guessed_s(self) -> float:
+        """For how long what is in flight may well take besides: homing, heating, a user."""
+        window = self.window
+        if self.state not in (State.RUN, State.STOP):
+            return 0.0
+        return sum(guessed_s(window.command(n)) for n in range(window.acked, window.sent))
 
     # --- steps -------------------------------------------------------------------------------------
 
@@ -314,6 +341,11 @@ class Sender:
                 window.await_answer(window.sent, now)
             self.output += window.send()
         if self.tail_given and not self.pending and not window.waiting:
+            if window.proved < window.top:  # the answer may have been another's: ask in other words
+                window.use_other_mark()
+                self.pending.append(window.mark)
+                self._fill(now)
+                return
             self._end(State.FINISHED if self.state is State.RUN else State.STOPPED, "")
 
     def _assign(self, now: float) -> bool:
@@ -336,7 +368,7 @@ class Sender:
 
     def _mark_due(self, now: float) -> bool:
         """Now and then, and before more lines than a mistaken count may span."""
-        return now - self.polled >= self.settings.poll_s or self.window.top - self.marked >= FAR
+        return now - self.polled >= self.settings.poll_s or self.window.top - self.marked >= MARK_EVERY
 
     def _take(self, through: int, now: float) -> None:
         """The printer has taken every line up to and with ``through``."""

@@ -19,22 +19,26 @@ FIXED_S = {
 }
 
 
-def blocking_s(command: str) -> float:
-    """Seconds for which a command other than a move may keep the printer busy before its ok."""
-    code = code_of(command)
-    if code == "G4":
-        given = words(command[2:])
-        return (given.get("S") or 0.0) + (given.get("P") or 0.0) / 1000
-    return FIXED_S.get(code, 0.0)
+def guessed_s(command: str) -> float:
+    """Seconds for which a command may well keep the printer silent that says no number itself."""
+    return FIXED_S.get(code_of(command), 0.0)
+
+
+def dwell_s(command: str) -> float:
+    """Seconds of a dwell, 0 for any other command."""
+    if code_of(command) != "G4":
+        return 0.0
+    given = words(command[2:])
+    return (given.get("S") or 0.0) + (given.get("P") or 0.0) / 1000
 
 
 def durations(commands: Iterable[str]) -> "array[float]":
-    """For each command, the seconds that it may keep the printer busy, moves included."""
+    """For each command, the seconds of its dwell or of its move, which keep the printer busy."""
     state, found = Replay(), array("d")
     for command in commands:
         before = dict(state.position)
         state.apply(command)
-        found.append(blocking_s(command) + MARGIN * _length_mm(before, state.position) / state.feed_mm_s)
+        found.append(dwell_s(command) + MARGIN * _length_mm(before, state.position) / state.feed_mm_s)
     return found
 
 

@@ -25,7 +25,7 @@ UNKNOWN = re.compile(
     r"(?:un(?:known|supported) (?:command|[gm][ -]?code)|(?:command|[gm]code) not supported)\W*(.*)",
     re.IGNORECASE,
 )
-UNHOMED = re.compile(r"must home|home .*first|not homed|homing required", re.IGNORECASE)
+UNHOMED = re.compile(r"must home|\bhome\b.*\bfirst\b|(?:not|axes) homed|homing required", re.IGNORECASE)
 NO_SENSOR = re.compile(r"no (?:thermistors?|temperature|heaters?|sensors?)", re.IGNORECASE)
 
 HARMLESS = frozenset(
@@ -45,7 +45,8 @@ def code_of(command: str) -> str:
 def unknown_command(text: str) -> str | None:
     """The command that the firmware says it does not know, or None if it says no such thing."""
     match = UNKNOWN.search(text)
-    return match[1].strip().strip("\"'").upper() if match else None
+    # Prusa counts them: "G1 X0"(2).
+    return re.sub(r"\s*\(\d+\)\s*$", "", match[1]).strip().strip("\"'").upper() if match else None
 
 
 def means(said: str, command: str) -> bool:

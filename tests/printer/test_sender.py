@@ -432,11 +432,83 @@ def test_nothing_is_sent_between_some_commands_and_their_ok(command):
 
 def test_the_end_waits_for_the_moves_and_for_the_last_mark():
     desk = Desk(MOVES[:1])
-    assert desk.sender.window.lines == 3  # the move, M400 and a mark
+    assert desk.sender.window.lines == 2  # the move and M400; the mark is alone, so its answer is no other's
     desk.hear(b"ok", b"ok", b"ok", b"ok")
+    assert desk.sender.window.lines == 1
     assert desk.sender.state is State.RUN
     desk.hear(b"ok T:20.0 /0.0")
     assert desk.sender.state is State.FINISHED
+
+
+@pytest.mark.parametrize("copies", [2, 3, 5])
+def test_a_doubled_answer_ends_no_job_before_its_last_line_is_taken(copies):
+    """The program asks for temperatures itself, and each answer comes twice or more."""
+    desk = Desk(["M105", "G1 X1", "G1 X2"])
+    for _ in range(copies):
+        desk.hear(b"ok T:20.0 /0.0")
+    assert desk.sender.state is State.RUN
+    for _ in range(10):
+        desk.hear(b"ok")
+    assert desk.sender.state is State.RUN
+    window = desk.sender.window
+    answer = (
+        (b"ok T:20.0 /0.0",) if window.mark == "M105" else (b"X:0.00 Y:0.00 Z:5.00 E:0.00 Count X:0", b"ok")
+    )
+    assert window.command(window.acked) == window.mark
+    desk.hear(*answer)
+    assert desk.sender.state is State.FINISHED
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        b"echo:Home XYZ first",
+        b"Error: G1: insufficient axes homed",
+        b"!! Must home axis first: 0 0 0",
+        b"echo:Not homed",
+    ],
+)
+def test_a_printer_that_does_not_move_ends_the_job(words):
+    desk = Desk()
+    desk.hear(words, b"ok")
+    assert desk.sender.state is State.FAILED
+    assert words.decode().removeprefix("echo:").removeprefix("Error: ") in desk.sender.message
+
+
+def test_firmwares_quote_in_several_ways():
+    for words in (
+        b'echo:Unknown command: "G1 X0"(2)',
+        b"echo:Unknown G code: G1 X0",
+        b'// Unknown command:"G1"',
+    ):
+        desk = Desk()
+        desk.hear(words, b"ok")
+        assert "does not know 'G1 X0'" in desk.sender.message
+
+
+def test_a_wait_for_heat_that_was_lost_is_asked_for_behind_automatic_reports():
+    desk = Desk(["M190 S60", *MOVES])
+    desk.hear(b"ok")  # it goes alone now, and its newline is lost
+    probes = 0
+    for _ in range(60):
+        probes += len(
+            [
+                line
+                for line in desk.hear(b" T:20.0 /0.0 B:20.0 /60.0", after=1) + desk.wait(0)
+                if "M105" in line
+            ]
+        )
+    assert probes == 2  # more would fill the command slots behind the wait
+    assert desk.sender.state is State.RUN
+
+
+def test_only_a_halt_confirms_an_abort():
+    desk = Desk()
+    desk.sender.abort(desk.now)
+    desk.hear(b"Error:No thermistors - no temperature")
+    assert desk.sender.state is State.ABORT
+    desk.hear(b"Error:Printer halted. kill() called!")
+    assert "confirms" in desk.sender.message
 
 
 def test_a_controlled_stop_ends_the_queue_and_leaves_the_print():
@@ -444,7 +516,7 @@ def test_a_controlled_stop_ends_the_queue_and_leaves_the_print():
     desk = Desk(safety=safety)
     desk.sender.cancel(desk.now)
     lines = []
-    for _ in range(13):
+    for _ in range(16):
         lines += desk.hear(b"ok")
     assert desk.sender.state is State.STOP
     desk.hear(b"ok T:20.0 /0.0")
