@@ -104,7 +104,7 @@ class Job:
             self._sender = sender = Sender(commands, self.settings, clock(), self.before)
             reader = threading.Thread(target=self._serve, args=(sender, clock), name="printer", daemon=True)
             reader.start()
-            sender.blocks_s = durations(commands)  # the printer boots meanwhile
+            sender.waits.blocks_s = durations(commands)  # the printer boots meanwhile
             try:
                 self._watch(sender, reader, clock)
             except BaseException:

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 
 from printer.heard import Heard
+from printer.marks import Marks
 from printer.protocol import (
     HELLO,
     PLAIN_OK,
@@ -25,13 +26,14 @@ from printer.protocol import (
     frame,
     parse_reply,
 )
+from printer.refusals import refusal
 from printer.report import State
 from printer.resends import REPEATS, Resends, Verdict
 from printer.safety import leave
 from printer.settings import Settings
-from printer.waits import dwell_s, guessed_s
+from printer.waits import Waits
 from printer.window import OTHER_MARK, Window
-from printer.words import HARMLESS, NO_SENSOR, PREVENTED, UNHOMED, code_of, means, unknown_command
+from printer.words import NO_SENSOR, code_of
 
 # Nothing is sent before the ok of these. A line behind M410 is corrupted; behind one that waits for a
 # heater or a user, lines would fill the command slots, and M108 and M112 act early only if one is free; one
@@ -39,12 +41,9 @@ from printer.words import HARMLESS, NO_SENSOR, PREVENTED, UNHOMED, code_of, mean
 # only one whose answer can be heard.
 ALONE = frozenset({"M410", "M109", "M190", "M191", "M0", "M1", "M600", "M400", "G28", "G29"})
 HEATS = frozenset({"M109", "M190", "M191", "M116", "M303"})
-PLANNED = 24  # commands that may still be under way behind the last one that was acknowledged
 RECOVERY_S = 0.4  # after a resend, silence is broken sooner
 HALT_S = 5.0  # for the confirmation of M112
 MOST_PROBES = 2  # while a heater is waited for: lines behind it fill the command slots
-MARK_EVERY = 64  # lines at the most
-UNASKED = 2  # oks with temperatures that nobody asked for, after which they are oks like any other
 
 
 class Sender:
@@ -65,13 +64,11 @@ class Sender:
         self.probe: int | None = None  # the number of the mark that was sent into a silence
         self.alone: int | None = None  # this line goes alone, until it is acknowledged
         self.heating = 0  # the last line that waits for a heater
-        self.unasked = 0  # oks with temperatures while no mark was in flight
-        self.marked = 0  # the number of the last mark
-        self.allowed_s = 0.0  # how much longer than usual the lines in flight may take
-        self.blocks_s: Sequence[float] = ()  # for each command how long it may keep the printer busy
+        self.marks = Marks(self.window, settings.poll_s, now)
+        self.waits, self.allowed_s = Waits(self.window), 0.0
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
-        self.begun = self.progressed = self.polled = now
+        self.begun = self.progressed = now
         self.probes, self.probe_due = 0, now
         self.heard = Heard(now)
 
@@ -112,7 +109,8 @@ class Sender:
             case Action(name):
                 self._obey(name, now)
             case Other(text):
-                self._remark(text)
+                if not self._refused(text):
+                    self.heard.remark(text)
 
     def _warming(self, now: float) -> None:
         """Heaters are reported while one is waited for. Firmwares differ in how they do that, and it may be
@@ -124,7 +122,8 @@ class Sender:
     def _ok(self, reply: Ok, now: float) -> None:
         window = self.window
         self.heard.answered = True
-        if self._answers_mark(reply):
+        expected = self.state is State.HELLO or bool(window.marks) or self.probe is not None
+        if self.marks.is_answer(reply, expected):
             self._answered(now, reply.number)
         elif self.state is State.HELLO:
             return  # that of M110; the mark behind it tells that both have arrived
@@ -137,20 +136,6 @@ class Sender:
             return
         elif window.lines and not (window.marks and window.marks[0] == window.acked):
             self._take(window.acked, now)  # else it is one ok too many
-
-    def _answers_mark(self, reply: Ok) -> bool:
-        """Whether an ok can only be that of a mark."""
-        window = self.window
-        if window.mark == OTHER_MARK:
-            return reply.axes is not None
-        if reply.readings is None:
-            return False
-        if self.state is State.HELLO or window.marks or self.probe is not None:
-            return True
-        self.unasked += 1
-        if self.unasked >= UNASKED:
-            window.use_other_mark()
-        return False
 
     def _answered(self, now: float, number: int | None = None) -> None:
         """A mark was answered: everything up to it has been taken."""
@@ -182,46 +167,18 @@ class Sender:
                 if self.state is State.HELLO:
                     self.resends.swallow = False
                     self._greet(now)
-        elif not self._undone(error.text):
+        elif not self._refused(error.text):
             self.heard.warn(f"Error: {error.text}")
 
-    def _undone(self, text: str) -> bool:
-        """Whether the firmware says that it has not moved or not fed; this ends the job."""
-        if PREVENTED.search(text):
-            what, advice = (
-                "fed no material",
-                "Heat the nozzle first (M109), or allow cold extrusion (M302 P1).",
-            )
-        elif UNHOMED.search(text):
-            what, advice = "did not move", "Home every axis in the start lines (G28)."
-        else:
+    def _refused(self, text: str) -> bool:
+        """Whether the firmware says that it has not done something; what the print needs ends the job."""
+        found = refusal(text, self.window)
+        if found is None:
             return False
         self.heard.refuse(text)
-        self._fail(f"the printer {what}, in its own words: {text}", advice)
+        if found.fatal and self.state is not State.STOP:
+            self._fail(found.what, found.advice)
         return True
-
-    def _remark(self, text: str) -> None:
-        """An echo: of something that was not done, or of no consequence."""
-        if self._undone(text):
-            return
-        said = unknown_command(text)
-        command = None if said is None else self._spoken_of(said)
-        if command is None:
-            self.heard.remark(text)  # perhaps the remnant of a damaged line, which comes again
-            return
-        self.heard.refuse(text)
-        if code_of(command) not in HARMLESS and self.state is not State.STOP:
-            self._fail(
-                f"the printer does not know {command!r}, which is needed: {text}",
-                "Take a profile that fits its firmware.",
-            )
-
-    def _spoken_of(self, said: str) -> str | None:
-        """The line that it quotes: the first that it has not acknowledged, or one shortly before."""
-        window = self.window
-        before = range(window.acked - 1, max(1, window.acked - PLANNED) - 1, -1)
-        lines = (window.command(n) for n in (*range(window.acked, window.sent), *before))
-        return next((command for command in lines if means(said, command)), None)
 
     def tick(self, now: float) -> None:
         """Take the time: due at `deadline`, harmless earlier."""
@@ -229,7 +186,7 @@ class Sender:
             return
         silence, stalled = now - self.heard.at, now - self.progressed
         self.heard.silent_until(now)
-        self.allowed_s = self._blocked_s(PLANNED) + self._guessed_s()
+        self.allowed_s = self.waits.at_most_s() if self.state in (State.RUN, State.STOP) else 0.0
         if self.state is State.ABORT:
             self._end(State.KILLED, "sent M112, which the printer did not confirm: switch it off")
         elif self.state is State.BOOT:
@@ -292,29 +249,13 @@ class Sender:
         if self.state is State.HELLO or self.window.waiting:
             silence_ends = self.heard.at + self.settings.give_up_after_s + self.allowed_s
             return min(self.probe_due, silence_ends, self.progressed + self._patience)
-        return self.polled + self.settings.poll_s
+        return self.marks.polled + self.settings.poll_s
 
     @property
     def _patience(self) -> float:
         if self.state is State.HELLO:
             return self.settings.give_up_after_s
         return self.settings.stall_after_s + self.allowed_s
-
-    def _blocked_s(self, behind: int) -> float:
-        """For how long dwells and moves in flight, and of ``behind`` lines before, keep the printer busy."""
-        window = self.window
-        if self.state not in (State.RUN, State.STOP):
-            return 0.0
-        own = sum(dwell_s(window.command(n)) for n in range(window.acked, window.sent) if window.is_own(n))
-        first = max(0, window.index(window.acked) - behind)
-        return own + sum(self.blocks_s[first : window.index(window.sent)])
-
-    def _guessed_s(self) -> float:
-        """For how long what is in flight may well take besides: homing, heating, a user."""
-        window = self.window
-        if self.state not in (State.RUN, State.STOP):
-            return 0.0
-        return sum(guessed_s(window.command(n)) for n in range(window.acked, window.sent))
 
     # --- steps -------------------------------------------------------------------------------------
 
@@ -357,18 +298,13 @@ class Sender:
             self.tail_given = True
         if self.pending:
             window.assign(self.pending.popleft())
-        elif not window.marks and not self.tail_given and self._mark_due(now):
-            self.polled = now
-            self.marked = window.assign(window.mark)
+        elif not self.tail_given and self.marks.due(now):
+            self.marks.assign(now)
         elif left and not self.paused:
             window.assign()
         else:
             return False
         return True
-
-    def _mark_due(self, now: float) -> bool:
-        """Now and then, and before more lines than a mistaken count may span."""
-        return now - self.polled >= self.settings.poll_s or self.window.top - self.marked >= MARK_EVERY
 
     def _take(self, through: int, now: float) -> None:
         """The printer has taken every line up to and with ``through``."""
@@ -406,7 +342,7 @@ class Sender:
                 self.probe = None
                 window.rewind(number)
                 self.alone = number
-                self.polled = now - self.settings.poll_s  # a mark soon: the count of oks is in doubt
+                self.marks.soon(now)
                 self._alive(now)
             case Verdict.IGNORE if window.waiting and self.probe is None:
                 self.probe_due = min(self.probe_due, now + RECOVERY_S)
@@ -418,13 +354,13 @@ class Sender:
         """
         self.probes += 1
         self.resends.late, self.resends.open = 0, False
-        self.probe = self.marked = self.window.assign(self.window.mark)
+        self.probe = self.window.assign(self.window.mark)
         self.window.await_answer(self.probe, now)
         data = frame(self.probe, self.window.mark)
         if self.window.sent == self.probe:
             self.window.send()
         self.output += b"\n" + data
-        self.probe_due = now + self.settings.probe_after_s * (1 + self.probes) + self._blocked_s(0)
+        self.probe_due = now + self.settings.probe_after_s * (1 + self.probes) + self.waits.told_s()
         self.heard.messages.append(f"no answer for {now - self.progressed:.0f} s: asking the printer")
 
     def _greet(self, now: float) -> None:

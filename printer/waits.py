@@ -1,14 +1,16 @@
 """How long a command may keep the printer from answering, so that nobody takes patience for silence."""
 
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from printer.replay import Replay, words
+from printer.window import Window
 from printer.words import code_of
 
 HOMING_S = 120.0
 HEATING_S = 1800.0
 USER_S = 86400.0
+PLANNED = 24  # commands that may still be under way behind the last one that was acknowledged
 MARGIN = 1.5
 """Moves take longer than length over speed: they speed up and slow down."""
 
@@ -45,3 +47,23 @@ def durations(commands: Iterable[str]) -> "array[float]":
 def _length_mm(before: dict[str, float], after: dict[str, float]) -> float:
     """At least the length of the way from one position to the other, turns of the extruder included."""
     return sum(abs(value - before.get(axis, 0.0)) for axis, value in after.items())
+
+
+class Waits:
+    """How much longer than usual the lines of ``window`` may take; ``blocks_s`` are their `durations`."""
+
+    def __init__(self, window: Window) -> None:
+        self.window = window
+        self.blocks_s: Sequence[float] = ()
+
+    def told_s(self, behind: int = 0) -> float:
+        """By dwells and moves, in flight and of ``behind`` lines before."""
+        window = self.window
+        own = sum(dwell_s(window.command(n)) for n in range(window.acked, window.sent) if window.is_own(n))
+        first = max(0, window.index(window.acked) - behind)
+        return own + sum(self.blocks_s[first : window.index(window.sent)])
+
+    def at_most_s(self) -> float:
+        """By all that is in flight or planned, with a guess for homing, heating and users."""
+        guessed = sum(guessed_s(self.window.command(n)) for n in range(self.window.acked, self.window.sent))
+        return guessed + self.told_s(PLANNED)

@@ -161,7 +161,7 @@ def test_a_dwell_of_forty_seconds_on_a_printer_that_keeps_silent():
 
     program = [*PROGRAM[:50], "G4 S40", *PROGRAM[50:]]
     bench = Bench(program, firmware=SilentDwell())
-    bench.sender.blocks_s = durations(program)
+    bench.sender.waits.blocks_s = durations(program)
     assert bench.run() is State.FINISHED, bench.sender.message
     assert of_program(bench.firmware.executed) == program
 

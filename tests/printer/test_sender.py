@@ -309,12 +309,12 @@ def test_reports_of_temperature_are_signs_of_life_while_it_heats_and_only_then()
 )
 def test_what_the_program_makes_the_printer_wait_is_no_silence(program, silent_s):
     desk = Desk([*program, "G21"])
-    desk.sender.blocks_s = durations([*program, "G21"])
+    desk.sender.waits.blocks_s = durations([*program, "G21"])
     for _ in range(silent_s):
         desk.wait(1.0)
     assert desk.sender.state is State.RUN
     silent = Desk(["G21", "G21"])
-    silent.sender.blocks_s = durations(["G21", "G21"])
+    silent.sender.waits.blocks_s = durations(["G21", "G21"])
     for _ in range(40):
         silent.wait(1.0)
     assert silent.sender.state is State.FAILED

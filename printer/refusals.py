@@ -1,0 +1,40 @@
+"""What a firmware says it has not done, and whether the job may go on without it."""
+
+from dataclasses import dataclass
+
+from printer.window import Window
+from printer.words import HARMLESS, PREVENTED, UNHOMED, code_of, means, unknown_command
+
+RECENT = 24  # lines behind the last one that was acknowledged of which a firmware may still speak
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """``what`` was not done, with ``advice``; ``fatal`` if the print is spoilt without it."""
+
+    what: str
+    advice: str
+    fatal: bool
+
+
+def refusal(text: str, window: Window) -> Refusal | None:
+    """What ``text`` says was not done, or None if it says no such thing of a line that was sent."""
+    if PREVENTED.search(text):
+        what = f"the printer fed no material, in its own words: {text}"
+        return Refusal(what, "Heat the nozzle first (M109), or allow cold extrusion (M302 P1).", True)
+    if UNHOMED.search(text):
+        what = f"the printer did not move, in its own words: {text}"
+        return Refusal(what, "Home every axis in the start lines (G28).", True)
+    said = unknown_command(text)
+    command = None if said is None else _quoted(said, window)
+    if command is None:
+        return None  # perhaps the remnant of a damaged line, which comes again
+    what = f"the printer does not know {command!r}, which is needed: {text}"
+    return Refusal(what, "Take a profile that fits its firmware.", code_of(command) not in HARMLESS)
+
+
+def _quoted(said: str, window: Window) -> str | None:
+    """The line that is quoted: the first that was not acknowledged, or one shortly before."""
+    before = range(window.acked - 1, max(1, window.acked - RECENT) - 1, -1)
+    lines = (window.command(n) for n in (*range(window.acked, window.sent), *before))
+    return next((command for command in lines if means(said, command)), None)
