@@ -483,3 +483,15 @@ def test_the_console_sends_no_line_that_a_printer_garbles(run, monkeypatch):
 def test_lines_for_leaving_have_no_exponent():
     settings = settings_of(profiles.load("marlin-generic", ["motion.retract_mm=0.00008"]))
     assert any(line.startswith("G1 E-0.00008 F") for line in settings.safety.close_lines)
+
+
+def test_letters_without_a_number_are_words_for_slice_check_and_send_alike(run, tmp_path):
+    """`G29 A` in a start block: sliced, checked and sent."""
+    sheet = tmp_path / "g.json"
+    sheet.write_text('{"tile_mm": 4.0, "spacing_mm": 0.4, "angles_deg": [[-20.0]]}')
+    part = tmp_path / "g.gcode"
+    words = ("--set", 'gcode.start=["G28", "G29 A", "M109 S200"]', "--method", "greedy")
+    assert run("slice", sheet, "-o", part, *words)[0] == 0
+    assert "\nG29 A\n" in part.read_text()
+    assert run("check", part)[0] == 0
+    assert run("send", part, "--dry-run")[0] == 0
