@@ -82,8 +82,7 @@ class Sender(Outgoing):
     def _ok(self, reply: Ok, now: float) -> None:
         window = self.window
         self.heard.answered = True
-        expected = self.state is State.HELLO or bool(window.marks) or self.probe is not None
-        if self.marks.is_answer(reply, expected):
+        if reply is not PLAIN_OK and self.marks.is_answer(reply, self._mark_is_under_way):
             self._answered(now, reply.number)
         elif self.state is State.HELLO:
             return  # that of M110; the mark behind it tells that both have arrived
@@ -96,6 +95,10 @@ class Sender(Outgoing):
             return
         elif window.lines and not (window.marks and window.marks[0] == window.acked):
             self._take(window.acked, now)  # else it is one ok too many
+
+    @property
+    def _mark_is_under_way(self) -> bool:
+        return self.state is State.HELLO or bool(self.window.marks) or self.probe is not None
 
     def _answered(self, now: float, number: int | None = None) -> None:
         """A mark was answered: everything up to it has been taken."""
