@@ -4,8 +4,6 @@ import multiprocessing
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import numpy as np
-
 
 @contextmanager
 def compiling() -> Iterator[bool]:
@@ -31,6 +29,8 @@ def compiling() -> Iterator[bool]:
 
 def compile_the_rest() -> None:
     """Run the bound, refinement and the routing of travels on six toolpaths, and so compile them."""
+    import numpy as np
+
     from slicer import travel
     from slicer.sequence.portfolio import rehearse
 
@@ -41,6 +41,8 @@ def compile_the_rest() -> None:
 
 def compile_kernels() -> None:
     """Order small sheets of every kind by the default way, and so compile what it runs."""
+    import numpy as np
+
     from slicer import hatch, sequence, travel
     from slicer.grid import Grid
     from slicer.sequence.problem import Objective

@@ -42,7 +42,10 @@ SILENT_M = (
     150,
 )
 SILENT_MORE_M = (201, 203, 204, 205, 207, 208, 211, 220, 221, 280, 300, 500, 501, 502, 503, 900)
-SILENT = frozenset({"G10", "G11", "G17", "G21", "G29", "G34", "M420", "M851"} | {f"M{code}" for code in (*SILENT_M, *SILENT_MORE_M)})
+SILENT = frozenset(
+    {"G10", "G11", "G17", "G21", "G29", "G34", "M420", "M851"}
+    | {f"M{code}" for code in (*SILENT_M, *SILENT_MORE_M)}
+)
 BUILD_LINES = (
     "FIRMWARE_NAME:Marlin bugfix-2.1.x (emulated by vslice) PROTOCOL_VERSION:1.0 MACHINE_TYPE:Emulated "
     "EXTRUDER_COUNT:1 UUID:00000000-0000-0000-0000-000000000000"

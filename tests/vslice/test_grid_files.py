@@ -82,16 +82,25 @@ def test_a_spacing_that_three_decimals_cannot_carry_is_refused(run):
         (["--cols", "100000"], "100000 is not in the range 1<=x<=10000"),
         (["--cols", "10000", "--rows", "10000"], "100000000, but a grid may have 1000000"),
         (["--cols", "2000", "--rows", "1", "--tile-mm", "100"], "200000 mm long; 100000 mm is the most"),
-        (["--seed", "99999999999999999999"], "seed 99999999999999999999: must be from 0 to 9223372036854775807"),
-        (["--spacing-mm", "1e-308"], "spacing 1e-308 mm: must be from 0.01 to 10000 mm"),
-        (["--deviation-deg", "1e308"], "deviation 1e+308: must be from 0 to 180 degrees"),
-        (["--tile-mm", "nan"], "every number must be finite"),
+        (["--seed", "99999999999999999999"], "99999999999999999999 is not in the range 0<=x<=9223372036854775807"),
+        (["--spacing-mm", "1e-308"], "1e-308 is not in the range 0.01<=x<=10000"),
+        (["--deviation-deg", "1e308"], "1e+308 is not in the range 0<=x<=180"),
+        (["--tile-mm", "nan"], "nan is not in the range 0.01<=x<=10000"),
     ],
 )  # fmt: skip
 def test_generate_refuses_numbers_without_sense(run, words, says):
     code, out, err = run("generate", *words)
     assert (code, out) == (2, "")
     assert says in err
+
+
+def test_the_options_of_generate_have_the_ranges_of_the_grid_file():
+    from slicer.grid_schema import LEAST_MM, MOST_MM
+    from vslice.commands.generate import command
+
+    ranges = {option.name: option.type for option in command.params}
+    for name in ("tile_mm", "spacing_mm"):
+        assert (ranges[name].min, ranges[name].max) == (LEAST_MM, MOST_MM)
 
 
 METAS = [

@@ -115,7 +115,7 @@ def test_the_emulated_printer_takes_no_number_without_sense(run, key):
 def test_what_lies_outside_is_told_with_its_range(run, option):
     code, _, err = run("generate", option, "1e308")
     assert code == 2
-    assert f"'{option}': 1e+308 is not in the range 0.001<=x<=100000" in err
+    assert f"'{option}': 1e+308 is not in the range 0.01<=x<=10000" in err
 
 
 def test_a_grid_of_too_many_tiles_is_refused_before_it_is_made(run):

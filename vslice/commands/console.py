@@ -22,11 +22,13 @@ def command(port: str, baud: int) -> None:
     """
     import serial
 
+    from printer.errors import ProtocolError
+    from printer.job import END_OF_LINE
     from printer.ports import open_port, port_lock
     from printer.protocol import MAX_LINE, clean, unescaped
 
     with port_lock(port), closing(open_port(port, baud)) as line:
-        closed = threading.Event()
+        closed, broken = threading.Event(), threading.Event()
 
         def listen() -> None:
             rest = b""
@@ -36,16 +38,24 @@ def command(port: str, baud: int) -> None:
                 except (serial.SerialException, OSError) as error:
                     if not closed.is_set():
                         say(f"The connection broke: {error}")
+                        broken.set()
                     return
-                *lines, rest = (rest + data).split(b"\n")
+                *lines, rest = END_OF_LINE.split(rest + data)
                 for reply in lines:
-                    click.echo(reply.decode(errors="replace").rstrip("\r"))
+                    click.echo(reply.decode(errors="replace"))
 
         listener = threading.Thread(target=listen, name="replies", daemon=True)
         listener.start()
         try:
             for text in _typed():
-                if not (command_text := clean(text)):
+                if broken.is_set():
+                    break
+                try:
+                    command_text = clean(text)
+                except ProtocolError as error:
+                    say(f"Not sent: {error}")
+                    continue
+                if not command_text:
                     continue
                 data = command_text.encode(errors="replace")
                 if len(unescaped(data)) > MAX_LINE or not command_text.isprintable():
@@ -59,6 +69,8 @@ def command(port: str, baud: int) -> None:
             listener.join(timeout=0.5)
             closed.set()
             listener.join(timeout=2)
+    if broken.is_set():
+        click.get_current_context().exit(1)
 
 
 def _typed() -> Iterator[str]:

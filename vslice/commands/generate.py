@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from vslice import output
-from vslice.options import MOST_SEED, Number
+from vslice.options import Number
 from vslice.session import common, say
 
 MOST_TILES = 1_000_000
@@ -22,15 +22,15 @@ MOST_TILES = 1_000_000
     "--seed",
     default=0,
     show_default=True,
-    type=click.IntRange(0, MOST_SEED),
+    type=click.IntRange(0, 2**63 - 1),
     help="The same seed gives the same grid.",
 )
-@click.option("--tile-mm", default=1.0, show_default=True, type=Number(0.001, 1e5), help="Side of a tile.")
+@click.option("--tile-mm", default=1.0, show_default=True, type=Number(0.01, 10_000), help="Side of a tile.")
 @click.option(
     "--spacing-mm",
     default=0.1,
     show_default=True,
-    type=Number(0.001, 1e5),
+    type=Number(0.01, 10_000),
     help="Distance between toolpaths.",
 )
 @click.option(
