@@ -74,7 +74,7 @@ def _body(program: Program, profile: Profile) -> Iterator[str]:
     speed = ""
     debt = 0.0  # feed that was due and lost to rounding
     elapsed, percent = 0.0, -1
-    for move, seconds in zip(program.moves, seconds_of(program.moves), strict=True):
+    for move, seconds in zip(program.moves, seconds_of(program.moves, profile).tolist(), strict=True):
         if profile.gcode.progress_m73 and program.seconds > 0:
             done = int(100 * elapsed / program.seconds)
             if done > percent:

@@ -12,7 +12,7 @@ from dialect.numbers import plain
 from dialect.reader import clean
 from gcode.bead import bead_area_mm2, bead_height_mm, feed_per_mm
 from gcode.errors import BuildVolumeError
-from gcode.estimate import seconds_of
+from gcode.estimate import Times, times_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
 from profiles import Profile, render
@@ -32,7 +32,7 @@ class Program:
         shift_mm: what is added to a point of the sheet to get machine coordinates in the plane.
         feed_mm: feed that ends up in the print.
         material_ul: volume of the print in microlitres.
-        seconds: estimated duration.
+        times: where the estimated duration goes.
     """
 
     moves: list[Move]
@@ -40,7 +40,12 @@ class Program:
     shift_mm: tuple[float, float]
     feed_mm: float
     material_ul: float
-    seconds: float
+    times: Times
+
+    @property
+    def seconds(self) -> float:
+        """Estimated duration, homing and heating apart."""
+        return self.times.total_s
 
 
 def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: NDArray[np.int32]) -> Program:
@@ -55,10 +60,16 @@ def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: N
     Raises:
         BuildVolumeError: a position is outside the machine.
     """
+    height = bead_height_mm(profile.material, spacing_mm)
+    _inside(plan, profile, _shift(plan, profile, height), tile)
+    return lay_out(plan, profile, spacing_mm)
+
+
+def lay_out(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64]) -> Program:
+    """The same without asking whether the machine can reach it: to compare plans by their times."""
     material = profile.material
     height = bead_height_mm(material, spacing_mm)
     shift = _shift(plan, profile, height)
-    _inside(plan, profile, shift, tile)
     rate = feed_per_mm(material, height)
     length = np.hypot(*(plan.toolpaths[:, 1] - plan.toolpaths[:, 0]).T)
     moves = list(_Writer(profile, shift).moves(plan, rate * length, height))
@@ -68,7 +79,7 @@ def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: N
         shift_mm=shift,
         feed_mm=float((rate * length).sum()),
         material_ul=float((bead_area_mm2(material, height) * length).sum()) * material.flow,
-        seconds=sum(seconds_of(moves)),
+        times=times_of(moves, profile),
     )
 
 

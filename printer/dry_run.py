@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
+from printer.emulator.motion import Motion
 from printer.emulator.planner import Path
 from printer.job import Job
 from printer.journal import Entry
@@ -18,13 +19,16 @@ from printer.settings import Settings
 
 @dataclass(frozen=True)
 class DryRun:
-    """``position`` in mm at the end, ``material_mm`` fed in all, ``time_s`` that the moves and waits took;
+    """``position`` in mm at the end, ``material_mm`` fed in all, ``time_s`` that the moves and waits took, of
+    which ``homing_s`` and ``heating_s`` were neither moves nor dwells;
     ``moves`` how many were carried out; ``path`` is every move since the printer was switched on."""
 
     report: Report
     position: dict[str, float]
     material_mm: float
     time_s: float
+    homing_s: float
+    heating_s: float
     moves: int
     path: Path
 
@@ -34,10 +38,11 @@ def dry_run(
     settings: Settings | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     url: str = "marlin://?clock=fast",
+    motion: Motion | None = None,
 ) -> DryRun:
-    """Stream to an emulated printer; raises what `printer.stream` raises."""
+    """Stream to an emulated printer, with the limits of ``motion``; raises what `printer.stream` raises."""
     settings = replace(settings or Settings(), boot_wait_s=0.5)
-    port = open_port(url, settings.baud)
+    port = _open(url, settings, motion)
     try:
         return _carried_out(Job(program, port, settings, on_progress=on_progress), port)
     finally:
@@ -49,11 +54,29 @@ def _carried_out(job: Job, port: Any) -> DryRun:
     firmware = port.firmware
     path, began_s = firmware.path, firmware.now
     count, material_mm = path.count, path.material
+    machine = firmware.machine
+    homed_s, heated_s = machine.homed_s, machine.heated_s
     report = job.run()
     position = dict(firmware.machine.position)
     return DryRun(
-        report, position, path.material - material_mm, firmware.now - began_s, path.count - count, path
+        report,
+        position,
+        path.material - material_mm,
+        firmware.now - began_s,
+        machine.homed_s - homed_s,
+        machine.heated_s - heated_s,
+        path.count - count,
+        path,
     )
+
+
+def _open(url: str, settings: Settings, motion: Motion | None) -> Any:
+    """An emulated printer, built with these limits."""
+    port: Any = open_port(url, settings.baud)
+    if motion is not None:
+        port.firmware.machine.built = motion
+        port.firmware.boot()
+    return port
 
 
 @contextmanager
@@ -63,6 +86,7 @@ def interrupted_printer(
     settings: Settings,
     height_mm: float | None = None,
     url: str = "marlin://?clock=fast",
+    motion: Motion | None = None,
 ) -> Iterator[tuple[ResumePlan, Callable[[Callable[[Progress], None] | None], DryRun]]]:
     """An emulated printer as the job of a journal left its own, how the job goes on there, and what does it.
 
@@ -77,7 +101,7 @@ def interrupted_printer(
     commands = program.commands[: program.index_of_line(entry.acknowledged_line)]
     if entry.ended == "stopped":
         commands = [*commands, *leave(settings.safety)]
-    port: Any = open_port(url, settings.baud)
+    port = _open(url, settings, motion)
     try:
         Job(make_program(commands, name=program.name), port, settings).run()
         if height_mm is not None:

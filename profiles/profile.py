@@ -57,6 +57,18 @@ class Machine(_Section):
     max_acceleration_mm_s2: tuple[Acceleration, Acceleration, Acceleration, Acceleration] = Field(
         (1000.0, 1000.0, 100.0, 5000.0), description="Highest acceleration of X, Y, Z and E (Marlin: M201)."
     )
+    planner: Literal["marlin", "klipper"] = Field(
+        "marlin", description="Whose planning of speeds at corners the estimated time follows."
+    )
+    junction_deviation_mm: Annotated[float, _between(0.0001, 10)] = Field(
+        0.013, description="How far a corner may be cut, in theory (Marlin: M205 J, whose default this is)."
+    )
+    square_corner_velocity_mm_s: Annotated[float, _between(0, 1000)] = Field(
+        5.0, description="Speed through a right angle (Klipper, whose default this is)."
+    )
+    minimum_cruise_ratio: Annotated[float, _between(0, 0.99)] = Field(
+        0.5, description="Least part of a short move at constant speed (Klipper, whose default this is)."
+    )
 
 
 class Material(_Section):
@@ -92,8 +104,14 @@ class Motion(_Section):
 
     print_speed_mm_s: Speed = Field(20.0, description="Speed along a toolpath.")
     travel_speed_mm_s: Speed = Field(100.0, description="Speed between toolpaths.")
+    print_acceleration_mm_s2: Acceleration = Field(
+        500.0, description="Acceleration along toolpaths, for estimates (Marlin: M204 P)."
+    )
     travel_acceleration_mm_s2: Acceleration = Field(
-        500.0, description="Acceleration of travels, for estimates."
+        500.0, description="Acceleration of travels, for estimates (Marlin: M204 T)."
+    )
+    retract_acceleration_mm_s2: Acceleration = Field(
+        3000.0, description="Acceleration of the feed by itself, for estimates (Marlin: M204 R)."
     )
     clearance_mm: Distance = Field(
         0.2, description="How far a travel that must avoid printed material keeps above it."

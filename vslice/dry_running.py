@@ -11,6 +11,7 @@ from vslice.streaming import times_of
 if TYPE_CHECKING:
     from printer import Settings
     from printer.dry_run import DryRun
+    from printer.emulator.motion import Motion
     from profiles import Profile
 
 MOST = 5  # warnings that are shown one by one
@@ -28,12 +29,12 @@ def show_dry_run(
     program = read_program(program_file)
     if not resume:
         with shown(Display(program, times_of(program_file, program, profile))) as show:
-            ended = dry_run(program, settings, show)
+            ended = dry_run(program, settings, show, motion=motion_of(profile))
         _tell(ended, "", 0)
         return
     entry = read_journal(journal_path(program_file))
     check_unchanged(program, entry)
-    with interrupted_printer(program, entry, settings, height_mm) as (plan, go_on):
+    with interrupted_printer(program, entry, settings, height_mm, motion=motion_of(profile)) as (plan, go_on):
         for sentence in plan.text:
             click.echo(sentence)
         click.echo("Before the program goes on:")
@@ -52,10 +53,28 @@ def _tell(ended: "DryRun", rest: str, start_at: int) -> None:
     click.echo(f"moves      {ended.moves}{rest}")
     click.echo(f"position   {where} (mm, at the end)")
     click.echo(f"material   {ended.material_mm:.2f} mm of E{rest}")
-    click.echo(f"time       {clock(ended.time_s)} (moves at their programmed speed, waits and heating)")
+    waits_s = ended.homing_s + ended.heating_s
+    click.echo(f"time       {clock(ended.time_s - waits_s)}, and {clock(waits_s)} for homing and heating")
     warnings = list(dict.fromkeys(ended.report.warnings))
     click.echo(f"warnings   {len(ended.report.warnings)}")
     for warning in warnings[:MOST]:
         click.echo(f"  {warning}")
     if ended.report.refused:
         click.get_current_context().exit(1)  # not all of the program was done
+
+
+def motion_of(profile: "Profile") -> "Motion":
+    """How the emulated printer is to move, so that it is the machine of a profile."""
+    from printer.emulator.motion import Motion
+
+    machine, motion = profile.machine, profile.motion
+    return Motion(
+        speed_mm_s=machine.max_speed_mm_s,
+        acceleration_mm_s2=machine.max_acceleration_mm_s2,
+        print_mm_s2=motion.print_acceleration_mm_s2,
+        retract_mm_s2=motion.retract_acceleration_mm_s2,
+        travel_mm_s2=motion.travel_acceleration_mm_s2,
+        junction_deviation_mm=machine.junction_deviation_mm,
+        retract_mm=motion.retract_mm,
+        retract_speed_mm_s=motion.retract_speed_mm_s,
+    )

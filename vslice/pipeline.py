@@ -27,7 +27,11 @@ from vslice.reading import read_grid
 
 @dataclass(frozen=True, eq=False)
 class Sliced:
-    """A sliced sheet, from its grid to its program, with all that a user may want to know of it."""
+    """A sliced sheet, from its grid to its program, with all that a user may want to know of it.
+
+    ``greedy`` is what `travel` would be in the order of the source paper's hill climbing, which is what
+    people otherwise do.
+    """
 
     sheet: Grid
     lines: Hatch
@@ -36,6 +40,7 @@ class Sliced:
     program: program.Program
     profile: Profile
     facts: dict[str, str]
+    greedy: float
 
     def text(self) -> Iterator[str]:
         """The lines of the G-code file."""
@@ -63,9 +68,9 @@ class Sliced:
         return self.sheet.spacing_mm[row, col], length
 
     @property
-    def in_file_order_mm(self) -> float:
-        """Straight travel of the toolpaths as they stand in the grid, row by row."""
-        return travel.straight_mm(self.lines.segments)
+    def travel(self) -> float:
+        """What the order was chosen for: straight or routed travel in mm, or the seconds of all travels."""
+        return _in_its_unit(self.result.objective, self.plan, self.program)
 
 
 MOST_META = 1000
@@ -126,6 +131,13 @@ def problem_of(segments: NDArray[np.float64], start: str) -> Problem:
     return Problem.build(segments, first=0, first_flipped=bool(segments[0, 1, 1] < segments[0, 0, 1]))
 
 
+def _in_its_unit(objective: str, plan: Plan, made: program.Program) -> float:
+    """The travel of a plan as an objective counts it, in mm or s; time is that of the estimated time."""
+    if objective == "time":
+        return made.times.travel_s
+    return plan.routed_mm if objective == "routed" else plan.straight_mm
+
+
 def slice_grid(
     grid_file: Path,
     profile_name: str,
@@ -148,13 +160,15 @@ def slice_grid(
     step("hatching")
     lines = hatched(sheet)
     step("sequencing")
+    problem = problem_of(lines.segments, search.start)
+    objective = objective_of(profile, objective_name(search.objective))
     result = sequence.solve(
-        problem_of(lines.segments, search.start),
+        problem,
         method=search.method,
         effort=search.effort,
         time_limit_s=search.time_limit_s,
         seed=search.seed,
-        objective=objective_of(profile, objective_name(search.objective)),
+        objective=objective,
         workers=search.workers,
         progress=progress,
     )
@@ -164,6 +178,12 @@ def slice_grid(
     step("building")
     tile = lines.tile[result.order]
     made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
+    # The same search of an order that the result came out of, but for its method: what it is compared with.
+    simple = sequence.solve(problem, method="greedy", objective=objective)
+    greedy_plan = travel.plan(lines.segments, simple.order, simple.flipped, clearance_mm=clearance)
+    tile = lines.tile[simple.order]
+    greedy_made = program.lay_out(greedy_plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+    greedy = _in_its_unit(result.objective, greedy_plan, greedy_made)
     facts = {
         "version": __version__,
         "grid_sha256": sheet.sha256,
@@ -179,4 +199,4 @@ def slice_grid(
     }
     if sheet.meta != {}:
         facts["meta"] = meta_line(sheet.meta)
-    return Sliced(sheet, lines, result, plan, made, profile, facts)
+    return Sliced(sheet, lines, result, plan, made, profile, facts, greedy)

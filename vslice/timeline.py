@@ -4,12 +4,10 @@ import math
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import tee
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gcode.estimate import seconds_of
-from gcode.moves import Move
 from gcode.parse import parse
 
 if TYPE_CHECKING:
@@ -54,7 +52,6 @@ def timeline(program_file: Path, program: "Program", profile: "Profile") -> Time
 def _steps(program_file: Path, profile: "Profile") -> Iterator[tuple[int, float, float]]:
     """Line of the file, seconds and height of each move."""
     with program_file.open(encoding="utf-8", errors="replace") as lines:
-        moves, again = tee(parse(lines, plane=profile.machine.plane))
-        both: Iterator[tuple[Move, float]] = zip(moves, seconds_of(again), strict=True)
-        for move, seconds in both:
-            yield move.line, seconds, move.y_mm
+        moves = list(parse(lines, plane=profile.machine.plane))
+    for move, seconds in zip(moves, seconds_of(moves, profile).tolist(), strict=True):
+        yield move.line, seconds, move.y_mm

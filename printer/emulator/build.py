@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from printer.emulator.faults import Faults
+from printer.emulator.motion import Motion
 
 
 @dataclass
@@ -19,4 +20,5 @@ class Options:
     advanced_ok: bool = False
     emergency_parser: bool = False
     keep_path: bool = True
+    motion: Motion = field(default_factory=Motion)
     faults: Faults = field(default_factory=Faults)

@@ -35,7 +35,9 @@ class Firmware:
     def __init__(self, options: Options | None = None) -> None:
         self.options = options or Options()
         self.path = Path(self.options.keep_path)
-        self.machine = Machine(self.say, self.path, self.options.blocks, self.options.homing_s)
+        self.machine = Machine(
+            self.say, self.path, self.options.blocks, self.options.homing_s, self.options.motion
+        )
         self.machine.capabilities = {
             "EEPROM": False,
             "AUTOREPORT_TEMP": True,

@@ -5,9 +5,10 @@ A command is a generator: it yields the time at which it wants to go on, and its
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from printer.emulator.heaters import Heater
+from printer.emulator.motion import Motion
 from printer.emulator.planner import Move, Path, Planner
 
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))?")
@@ -55,10 +56,14 @@ BUILD_LINES = (
 class Machine:
     """Position, modes and heaters. ``say`` prints a line to the host; times are in s, lengths in mm."""
 
-    def __init__(self, say: Callable[[str], None], path: Path, blocks: int, homing_s: float) -> None:
+    def __init__(
+        self, say: Callable[[str], None], path: Path, blocks: int, homing_s: float, built: Motion
+    ) -> None:
         self.say, self.homing_s = say, homing_s
         self.planner = Planner(path, blocks)
         self.now = 0.0
+        self.built = built
+        self.homed_s = self.heated_s = 0.0  # spent on each
         self.capabilities: dict[str, bool] = {}
         self.outputs: list[str] = []  # commands for fans, valves and pins, as they were carried out
         self.power_on()
@@ -69,6 +74,7 @@ class Machine:
         self.homed: set[str] = set()
         self.relative = self.relative_e = self.cold_allowed = False
         self.unit_mm, self.feed_mm_s = 1.0, 25.0
+        self.motion, self.drawn_back = self.built, False
         self.hotend, self.bed = Heater(300.0, 60.0), Heater(120.0, 120.0)
         self.keepalive_s, self.report_s = 2.0, 0.0
         self.busy_words: str | None = "processing"  # None: this command reports for itself
@@ -125,12 +131,47 @@ class Machine:
         while (free := self.planner.free_at(self.now)) > self.now:
             yield free
         # Every axis counts: on a vertical plane a line may be a pure Z move.
-        length = math.dist([target[a] for a in "XYZ"], [self.position[a] for a in "XYZ"]) or abs(extruded)
+        delta = [*(target[axis] - self.position[axis] for axis in "XYZ"), extruded]
         self.position = target
-        move = Move(target["X"], target["Y"], target["Z"], extruded)
-        self.planner.add(move, length / self.feed_mm_s, self.now)
+        if any(delta):
+            move = Move(target["X"], target["Y"], target["Z"], extruded)
+            self._plan(move, delta, self.feed_mm_s)
+
+    def _plan(self, move: Move | None, delta: Sequence[float], speed_mm_s: float) -> None:
+        self.planner.add(move, delta, speed_mm_s, self.motion)
+        self.planner.begin(self.now, self.motion.start_delay_s)
 
     _g1 = _g0
+
+    def _g10(self, rest: str, drawn_back: bool = True) -> Iterator[float]:
+        self.outputs.append("G10" if drawn_back else "G11")
+        if drawn_back == self.drawn_back or set(_words(rest)) & set("LP"):
+            return  # twice is once; with L or P it sets an offset
+        self.drawn_back = drawn_back
+        while (free := self.planner.free_at(self.now)) > self.now:
+            yield free
+        e = -self.motion.retract_mm if drawn_back else self.motion.retract_mm
+        if e:
+            self._plan(None, (0.0, 0.0, 0.0, e), self.motion.retract_speed_mm_s)
+
+    def _g11(self, rest: str) -> Iterator[float]:
+        yield from self._g10(rest, drawn_back=False)
+
+    def _limits(self, code: str, rest: str) -> Iterator[float]:
+        self.motion = self.motion.told(code, _words(rest))
+        yield from ()
+
+    def _m201(self, rest: str) -> Iterator[float]:
+        yield from self._limits("M201", rest)
+
+    def _m203(self, rest: str) -> Iterator[float]:
+        yield from self._limits("M203", rest)
+
+    def _m204(self, rest: str) -> Iterator[float]:
+        yield from self._limits("M204", rest)
+
+    def _m205(self, rest: str) -> Iterator[float]:
+        yield from self._limits("M205", rest)
 
     def _g4(self, rest: str) -> Iterator[float]:
         yield from self._finish_moves()
@@ -148,6 +189,7 @@ class Machine:
     def _g28(self, rest: str) -> Iterator[float]:
         yield from self._finish_moves()
         yield self.now + self.homing_s
+        self.homed_s += self.homing_s
         for axis in set(_words(rest)) & set("XYZ") or set("XYZ"):
             self.position[axis] = 0.0
             self.homed.add(axis)
@@ -220,6 +262,7 @@ class Machine:
             if (abs(away) if "R" in words else away) < 0.5:
                 break
             yield self.now + 1.0
+            self.heated_s += 1.0
             self.say(f" {self.temperatures()} W:?")
 
     def _m302(self, rest: str) -> Iterator[float]:

@@ -1,11 +1,14 @@
 """The planner's queue of moves, and the path of those that were carried out."""
 
 import hashlib
+import math
 import struct
 from array import array
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
+
+from printer.emulator.motion import Motion, Segment
 
 
 class Move(NamedTuple):
@@ -51,37 +54,84 @@ class Path:
         return self._digest.hexdigest()
 
 
-@dataclass(slots=True)
 class Block:
-    """A planned move with the time at which it ends, in s."""
+    """A planned move and the speed with which it begins, in mm/s."""
 
-    move: Move
-    end: float
+    __slots__ = ("entry", "move", "segment")
+
+    def __init__(self, move: Move | None, segment: Segment) -> None:
+        self.move, self.segment, self.entry = move, segment, 0.0
 
 
 class Planner:
-    """At most ``size`` moves, one after the other; a move leaves when it has been carried out."""
+    """At most ``size`` moves, planned so that the last one ends at rest; one leaves when it has been carried
+    out. The one under way is not planned again."""
 
     def __init__(self, path: Path, size: int = 16) -> None:
         self.path, self.size = path, size
         self.blocks: deque[Block] = deque()
-        self.end = 0.0  # when the last block ends
+        self._begun = False  # whether the first block is under way
+        self._turn = 0.0  # when it ends, or may begin
+
+    @property
+    def end(self) -> float:
+        """When all that is planned now has been carried out, in s."""
+        end = self._turn  # added up as `advance` does, so that rounding is the same
+        for k in range(self._begun, len(self.blocks)):
+            end += self._duration(k, self.blocks[k])
+        return end
+
+    def _duration(self, k: int, block: Block) -> float:
+        leave = self.blocks[k + 1].entry if k + 1 < len(self.blocks) else 0.0
+        return block.segment.duration(block.entry, leave)
 
     def advance(self, now: float) -> None:
         """Carry out what ends by ``now``."""
-        while self.blocks and self.blocks[0].end <= now:
-            self.path.add(self.blocks.popleft().move)
+        while self.blocks and self._turn <= now:
+            if self._begun:
+                move = self.blocks.popleft().move
+                if move is not None:
+                    self.path.add(move)
+                self._begun = False
+            if self.blocks:
+                self._turn += self._duration(0, self.blocks[0])
+                self._begun = True
 
     def free_at(self, now: float) -> float:
         """When there is room for one more."""
-        return self.blocks[-self.size].end if len(self.blocks) >= self.size else now
+        self.advance(now)
+        return self._turn if len(self.blocks) >= self.size else now
 
-    def add(self, move: Move, duration_s: float, now: float) -> None:
-        """Plan one more move."""
-        self.end = max(self.end, now) + duration_s
-        self.blocks.append(Block(move, self.end))
+    def add(self, move: Move | None, delta: Sequence[float], speed_mm_s: float, motion: Motion) -> None:
+        """Plan one more: by ``delta`` in x, y, z, e. Without a ``move`` it is one of the firmware's own."""
+        block = Block(move, Segment(delta, speed_mm_s, motion))
+        if self.blocks:
+            block.segment.follow(self.blocks[-1].segment, motion)
+        self.blocks.append(block)
+        self._plan()
+
+    def begin(self, now: float, delay_s: float) -> None:
+        """After `add`: a queue that was empty waits for more for ``delay_s``, or until it holds three."""
+        if len(self.blocks) == 1:
+            self._turn, self._begun = now + delay_s, False
+        elif len(self.blocks) == 3 and not self._begun:
+            self._turn = min(self._turn, now)
+
+    def _plan(self) -> None:
+        """Slow down in time for what comes, then begin nothing faster than it can be reached."""
+        blocks, first = self.blocks, 1 + self._begun
+        leave = 0.0
+        for k in range(len(blocks) - 1, first - 1, -1):
+            block, segment = blocks[k], blocks[k].segment
+            reach = math.sqrt(leave * leave + 2 * segment.acceleration * segment.length)
+            block.entry = leave = min(segment.entry_limit, reach)
+        # What is under way ends as it was planned when it began.
+        for k in range(first, len(blocks)):
+            before = blocks[k - 1]
+            gain = 2 * before.segment.acceleration * before.segment.length
+            blocks[k].entry = min(blocks[k].entry, math.sqrt(before.entry * before.entry + gain))
 
     def drop(self) -> None:
         """Forget the moves that were not carried out (a reset, a halt, M410)."""
         self.blocks.clear()
-        self.end = 0.0
+        self._begun, self._turn = False, 0.0

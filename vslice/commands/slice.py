@@ -1,6 +1,5 @@
 """``vslice slice``: a grid of fibre angles becomes G-code."""
 
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -151,21 +150,34 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     dropped = f"  ({sliced.lines.dropped} too short, dropped)" if sliced.lines.dropped else ""
     feed = f" ({made.feed_mm:.2f} mm of feed)" if made.feed_mm else ""
     room = sliced.room_ul
-    before = sliced.in_file_order_mm
-    saved = 1 - plan.straight_mm / before if before else 0.0
     result = sliced.result
     early = ", ended early" if result.stopped else ""
-    time_of_travel = {"travel time": f"{result.cost:.1f} s"} if result.objective == "time" else {}
+    # Rounded first, so that what is shown adds up.
+    parts = [round(seconds, 1) for seconds in made.times]
+    printing, between, other = parts
     return {
         "toolpaths": f"{len(plan.toolpaths)}{dropped}",
         "printed length": f"{plan.printed_mm:.1f} mm",
         "straight travel J": f"{plan.straight_mm:.3f} mm{_known(result)}",
         "routed travel": f"{plan.routed_mm:.3f} mm",
-        **time_of_travel,
         "material": f"{made.material_ul:.1f} µL{feed}, {made.material_ul / room:.0%} of the room for it",
-        "estimated time": f"{math.ceil(made.seconds)} s",
-        "saved": f"{saved:.1%} of the {before:.1f} mm in file order, by {result.method}{early}",
+        "printing": f"{printing:.1f} s",
+        "travel": f"{between:.1f} s",
+        "before and after": f"{other:.1f} s",
+        "estimated time": f"{sum(parts):.1f} s, without homing and heating",
+        "saved": f"{_saved(sliced)}, by {result.method}{early}",
     }
+
+
+def _saved(sliced: "Sliced") -> str:
+    """What the order gained against the source paper's hill climbing, in the unit of the objective."""
+    objective = sliced.result.objective
+    unit = "s" if objective == "time" else "mm"
+    what = {"time": "travel", "routed": "routed travel", "straight": "straight travel"}[objective]
+    gained = sliced.greedy - sliced.travel
+    part = gained / sliced.greedy if sliced.greedy else 0.0
+    before = f"{sliced.greedy:.1f} {unit} of {what}"
+    return f"{gained:.1f} {unit} of {before} ({part:.0%}) in the paper's greedy order"
 
 
 def _encoded(lines: Iterator[str]) -> Iterator[bytes]:
