@@ -16,6 +16,7 @@ from datetime import date
 
 from printer import Job, Progress, Settings, make_program
 from printer.emulator.machine import Machine
+from printer.emulator.motion import Motion
 from printer.emulator.planner import Path
 from printer.ports import open_port
 
@@ -45,7 +46,7 @@ def main() -> int:
     moves = (f"G1 X{k % 7 - 3} Z{k % 3 / 10:g} E{k % 5 / 100:g} F{6000 + k % 2}" for k in range(args.lines))
     program = make_program(["M302 P1", "G91", "M83", *moves])
     wanted = Path(keep=False)
-    machine = Machine(lambda _: None, wanted, 10**9, 0.0)
+    machine = Machine(lambda _: None, wanted, 10**9, 0.0, Motion())
     for command in program.commands:
         for _ in machine.run(command):
             pass

@@ -10,6 +10,7 @@ from printer.emulator.build import Options
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
 from printer.emulator.machine import Machine
+from printer.emulator.motion import Motion
 from printer.emulator.planner import Path
 from printer.report import State
 from printer.settings import Settings
@@ -26,7 +27,7 @@ PROGRAM = ["M302 P1", "G91", "M83"] + [
 def path_of(commands):
     """What the printer does with the commands if no wire is between."""
     path = Path()
-    machine = Machine(lambda text: None, path, 10**9, 0.0)
+    machine = Machine(lambda text: None, path, 10**9, 0.0, Motion())
     for command in commands:
         for _ in machine.run(command):
             pass
