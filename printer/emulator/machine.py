@@ -57,12 +57,17 @@ class Machine:
     """Position, modes and heaters. ``say`` prints a line to the host; times are in s, lengths in mm."""
 
     def __init__(
-        self, say: Callable[[str], None], path: Path, blocks: int, homing_s: float, built: Motion
+        self,
+        say: Callable[[str], None],
+        path: Path,
+        blocks: int,
+        homing_s: float,
+        built: Motion | None = None,
     ) -> None:
         self.say, self.homing_s = say, homing_s
         self.planner = Planner(path, blocks)
         self.now = 0.0
-        self.built = built
+        self.built = built or Motion()
         self.homed_s = self.heated_s = 0.0  # spent on each
         self.capabilities: dict[str, bool] = {}
         self.outputs: list[str] = []  # commands for fans, valves and pins, as they were carried out
