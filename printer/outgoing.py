@@ -69,11 +69,11 @@ class Outgoing:
             self._end(State.KILLED, "sent M112, which the printer did not confirm: switch it off")
         elif self.state is State.BOOT:
             self._greet(now)
-        elif silence >= self.settings.give_up_after_s + self.allowed_s:
+        elif now >= self._silence_ends:  # the very sum of the deadline, or rounding may part the two
             self._fail(
                 f"nothing was heard for {silence:.0f} s", "Check the power, the cable and the baud rate."
             )
-        elif stalled >= self._patience:
+        elif now >= self.progressed + self._patience:
             self._fail(
                 f"no line was acknowledged for {stalled:.0f} s", "Check the printer and the baud rate."
             )
@@ -93,9 +93,12 @@ class Outgoing:
         if self.state is State.ABORT:
             return self.progressed + HALT_S
         if self.state is State.HELLO or self.window.waiting:
-            silence_ends = self.heard.at + self.settings.give_up_after_s + self.allowed_s
-            return min(self.probe_due, silence_ends, self.progressed + self._patience)
+            return min(self.probe_due, self._silence_ends, self.progressed + self._patience)
         return self.marks.polled + self.settings.poll_s
+
+    @property
+    def _silence_ends(self) -> float:
+        return self.heard.at + self.settings.give_up_after_s + self.allowed_s
 
     @property
     def _patience(self) -> float:
