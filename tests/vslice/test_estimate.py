@@ -28,7 +28,7 @@ def both(path, profile):
 def test_the_emulated_printer_takes_what_was_estimated(run, example, name):
     assert run(example, "-o", "part.gcode", "-p", name, "--method", "greedy")[0] == 0
     estimated, emulated = both(Path("part.gcode"), profiles.load(name))
-    assert estimated == pytest.approx(emulated, rel=0.03)
+    assert estimated == pytest.approx(emulated, rel=0.005)  # 0.03 is promised
     said = next(line for line in Path("part.gcode").read_text().splitlines() if line.startswith(";TIME:"))
     assert int(said[6:]) == pytest.approx(emulated, rel=0.03)
 
@@ -41,6 +41,11 @@ def test_the_emulated_printer_takes_what_was_estimated(run, example, name):
         ["motion.print_speed_mm_s=100.0", "motion.print_acceleration_mm_s2=5000.0"],
         ["machine.max_acceleration_mm_s2=[500.0, 500.0, 20.0, 100.0]"],
         ['machine.plane="YZ"'],
+        [
+            "machine.junction_deviation_mm=5.0",  # corners are hardly a reason to slow down, lengths are
+            "motion.print_speed_mm_s=200.0",
+            "machine.max_speed_mm_s=[200.0, 200.0, 200.0, 50.0]",
+        ],
         ['gcode.start=["M302 P1", "G28", "M204 P80 T90 R100", "M205 J0.1", "M201 Z30", "M203 X40"]'],
     ],
     ids=lambda settings: settings[0][:40],
@@ -49,4 +54,4 @@ def test_they_agree_on_other_machines_too(run, settings):
     words = [word for setting in settings for word in ("--set", setting)]
     assert run(EXAMPLES[3], "-o", "part.gcode", "--method", "greedy", *words)[0] == 0
     estimated, emulated = both(Path("part.gcode"), profiles.load("marlin-generic", settings))
-    assert estimated == pytest.approx(emulated, rel=0.03)
+    assert estimated == pytest.approx(emulated, rel=0.005)
