@@ -15,7 +15,7 @@ from gcode.head import read_head
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
-from gcode.strokes import Stroke, compare_with_hatch
+from gcode.strokes import Stroke, compare_with_hatch, prime_strokes
 from gcode.violation import Violation
 from profiles import Profile
 from slicer.grid import Grid
@@ -65,6 +65,7 @@ def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Repo
     """
     feeding, printing = check_feeding(moves, profile, _only_spacing(grid))
     laid, segments = _motions(moves, printing)
+    primes = prime_strokes(laid, moves)
     violations = (
         check_commands(moves, printing, profile)
         + feeding
@@ -72,17 +73,17 @@ def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Repo
         + _speeds(moves, profile)
         + _plane(laid)
     )
-    violations += _incomplete(moves, sum(stroke.prints for stroke in laid))
+    violations += _incomplete(moves, sum(stroke.prints for stroke in laid) - len(primes))
     # Two uprights of one x, as far as three decimals tell, may in truth pass beside each other.
     violations += _collisions(laid, segments, same_x=0.0 if grid is None else -1.0)
     if grid is not None:
-        drawn = [stroke for stroke in laid if stroke.prints]
+        drawn = [stroke for stroke in laid if stroke.prints and stroke.line not in primes]
         differing, exact = compare_with_hatch(drawn, grid, _shift(moves))
         said = {violation.line for violation in violations if violation.kind == "printability"}
         violations += differing + [v for v in _out_of_order(exact) if v.line not in said]
     violations.sort(key=lambda violation: violation.line or math.inf)
     lengths = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
-    prints = np.array([stroke.prints for stroke in laid], np.bool_)
+    prints = np.array([stroke.prints and stroke.line not in primes for stroke in laid], np.bool_)
     if prints.any():  # what comes before and after the print is no travel of the print
         used = np.flatnonzero(prints)
         inside = np.zeros(len(prints), np.bool_)

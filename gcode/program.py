@@ -31,6 +31,7 @@ class Program:
         height_mm: float64 (n,), bead height of each toolpath in the order of printing.
         shift_mm: what is added to a point of the sheet to get machine coordinates in the plane.
         feed_mm: feed that ends up in the print.
+        primed_mm: feed of the line that fills the nozzle.
         material_ul: volume of the print in microlitres.
         times: where the estimated duration goes.
     """
@@ -39,6 +40,7 @@ class Program:
     height_mm: NDArray[np.float64]
     shift_mm: tuple[float, float]
     feed_mm: float
+    primed_mm: float
     material_ul: float
     times: Times
 
@@ -61,7 +63,11 @@ def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: N
         BuildVolumeError: a position is outside the machine.
     """
     height = bead_height_mm(profile.material, spacing_mm)
-    _inside(plan, profile, _shift(plan, profile, height), tile)
+    shift = _shift(plan, profile, height)
+    _inside(plan, profile, shift, tile)
+    _park_is_inside(profile)
+    if profile.motion.prime_mm and len(plan.toolpaths):
+        prime_line(plan, profile, shift)
     return lay_out(plan, profile, spacing_mm)
 
 
@@ -71,13 +77,15 @@ def lay_out(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64]) -> Pr
     height = bead_height_mm(material, spacing_mm)
     shift = _shift(plan, profile, height)
     rate = feed_per_mm(material, height)
+    primed = profile.motion.prime_mm * float(rate[0]) if len(rate) else 0.0
     length = np.hypot(*(plan.toolpaths[:, 1] - plan.toolpaths[:, 0]).T)
-    moves = list(_Writer(profile, shift).moves(plan, rate * length, height))
+    moves = list(_Writer(profile, shift).moves(plan, rate * length, height, primed))
     return Program(
         moves=moves,
         height_mm=height,
         shift_mm=shift,
         feed_mm=float((rate * length).sum()),
+        primed_mm=primed,
         material_ul=float((bead_area_mm2(material, height) * length).sum()) * material.flow,
         times=times_of(moves, profile),
     )
@@ -121,6 +129,41 @@ def _inside(plan: Plan, profile: Profile, shift: tuple[float, float], tile: NDAr
     )
 
 
+def _park_is_inside(profile: Profile) -> None:
+    machine, park = profile.machine, profile.motion.park_mm
+    axis = "XYZ".index(machine.plane[0])
+    low, high = machine.build_corner_mm[axis], machine.build_corner_mm[axis] + machine.build_volume_mm[axis]
+    if park is not None and not low <= park <= high:
+        raise BuildVolumeError(
+            f"[motion] park_mm {park:g} is outside the build volume: {machine.plane[0]} runs from {low:g} to "
+            f"{high:g} mm"
+        )
+
+
+def prime_line(plan: Plan, profile: Profile, shift: tuple[float, float]) -> tuple[float, float]:
+    """Where on the sheet's horizontal axis the line that fills the nozzle begins and ends, in mm.
+
+    It runs towards the sheet, on its left where there is room, else on its right.
+
+    Raises:
+        BuildVolumeError: there is no room on either side.
+    """
+    machine, motion = profile.machine, profile.motion
+    axis = "XYZ".index(machine.plane[0])
+    low, high = machine.build_corner_mm[axis], machine.build_corner_mm[axis] + machine.build_volume_mm[axis]
+    left = float(plan.toolpaths[:, :, 0].min()) + shift[0] - motion.prime_gap_mm
+    right = float(plan.toolpaths[:, :, 0].max()) + shift[0] + motion.prime_gap_mm
+    if left - motion.prime_mm >= low:
+        return left - motion.prime_mm, left
+    if right + motion.prime_mm <= high:
+        return right + motion.prime_mm, right
+    raise BuildVolumeError(
+        f"[motion] prime_mm {motion.prime_mm:g}: beside the sheet there are {max(0.0, left - low):.3f} mm on "
+        f"the left and {max(0.0, high - right):.3f} mm on the right. Make prime_mm shorter, or move the "
+        "sheet ([machine] offset_mm)."
+    )
+
+
 def _when_due(lines: list[str]) -> list[str]:
     """The lines that turn a valve, behind a wait for the moves before them where Marlin would not wait."""
     codes = [code_of(command) for command in map(clean, lines)]
@@ -145,12 +188,16 @@ class _Writer:
         self.toolpath = -1
         self.flowing = profile.material.feed != "pneumatic"  # a loaded feed is ready; a valve starts closed
 
-    def moves(self, plan: Plan, feed: NDArray[np.float64], height: NDArray[np.float64]) -> Iterator[Move]:
+    def moves(
+        self, plan: Plan, feed: NDArray[np.float64], height: NDArray[np.float64], primed: float
+    ) -> Iterator[Move]:
         profile = self.profile
         yield self._comment("TYPE:CUSTOM")
         yield from self._commands(render(profile.gcode.start, profile.values))
         yield from self._commands(["G21", "G90", "M83"])
         if len(plan.toolpaths):
+            if profile.motion.prime_mm:
+                yield from self._prime(*prime_line(plan, self.profile, self.shift), float(height[0]), primed)
             yield from self._print(plan, feed, height)
         yield self._comment("TYPE:CUSTOM")
         yield from self._commands(render(profile.gcode.end, profile.values))
@@ -179,11 +226,30 @@ class _Writer:
         self.toolpath = -1
         yield from self._close(away=True)
         yield self._to(self.x, min(self.top, highest + self.profile.motion.approach_mm))
+        if self.profile.motion.park_mm is not None:
+            yield self._to(self.profile.motion.park_mm, self.y)
+
+    def _prime(self, start: float, end: float, height: float, feed: float) -> Iterator[Move]:
+        """Fill the nozzle along a line on the bed, and leave it upwards."""
+        on_bed = self.profile.machine.bed_z_mm + height / 2
+        yield self._comment("TYPE:SKIRT")
+        yield self._comment(f"WIDTH:{plain(self.profile.material.width_mm)}")
+        yield self._comment(f"HEIGHT:{plain(height)}")
+        yield from self._arrive(start, on_bed)
+        yield from self._open()
+        yield self._to(end, on_bed, self.profile.motion.print_speed_mm_s, feed)
+        yield from self._close(away=True)
+        yield self._to(end, min(self.top, on_bed + self.profile.motion.approach_mm))
 
     def _arrive(self, x: float, y: float) -> Iterator[Move]:
         """From wherever the start block left the nozzle: up, over, and down to the first toolpath."""
         above = min(self.top, y + self.profile.motion.approach_mm)
         speed = self.profile.motion.travel_speed_mm_s
+        if not math.isnan(self.x):  # from the line that filled the nozzle
+            yield self._to(self.x, max(above, self.y))
+            yield self._to(x, self.y)
+            yield self._to(x, y)
+            return
         yield Move(Kind.TRAVEL, math.nan, above, math.nan, speed_mm_s=self.limits.slowed(speed, 0, 1))
         self.x, self.y = x, above
         # The way over is sideways in two axes of which neither start is known: the slower one limits.

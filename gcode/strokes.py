@@ -8,6 +8,7 @@ import shapely
 from numpy.typing import NDArray
 
 from gcode.coverage import shortfalls
+from gcode.moves import Kind, Move
 from gcode.violation import Violation
 from slicer.grid import Grid
 from slicer.hatch import hatch
@@ -108,6 +109,28 @@ def compare_with_hatch(
     line = np.array([s.line for s in [*drawn, *rest]], np.float64)[owner[owner >= 0]]
     exact = np.column_stack([target[owner >= 0].reshape(-1, 4), line]).astype(np.float64)
     return out, exact[np.argsort(line, kind="stable")]
+
+
+def prime_strokes(laid: list[Stroke], moves: Iterable[Move]) -> set[int]:
+    """The program lines that only fill the nozzle: printed behind ``;TYPE:SKIRT``, before all toolpaths, and
+    beside all of them. The comment alone excuses nothing: a line over the sheet is one of the sheet."""
+    skirt = False
+    marked: set[int] = set()
+    for move in moves:
+        if move.kind == Kind.COMMENT:
+            if move.text.startswith("TOOLPATH"):
+                break
+            if move.text.startswith("TYPE:"):
+                skirt = move.text == "TYPE:SKIRT"
+        elif skirt and move.kind in (Kind.TRAVEL, Kind.EXTRUDE):
+            marked.add(move.line)
+    first = [stroke for stroke in laid if stroke.prints and stroke.line in marked]
+    rest = [stroke for stroke in laid if stroke.prints and stroke.line not in marked]
+    if not rest:
+        return set()
+    low = min(min(stroke.x0, stroke.x1) for stroke in rest)
+    high = max(max(stroke.x0, stroke.x1) for stroke in rest)
+    return {s.line for s in first if max(s.x0, s.x1) < low or min(s.x0, s.x1) > high}
 
 
 def _ends(drawn: list[Stroke]) -> NDArray[np.float64]:

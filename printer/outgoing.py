@@ -102,10 +102,6 @@ class Outgoing:
         return self.heard.at + self.settings.give_up_after_s + self.allowed_s
 
     @property
-    def _silence_ends(self) -> float:
-        return self.heard.at + self.settings.give_up_after_s + self.allowed_s
-
-    @property
     def _patience(self) -> float:
         if self.state is State.HELLO:
             return self.settings.give_up_after_s

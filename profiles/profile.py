@@ -125,6 +125,18 @@ class Motion(_Section):
     retract_from_mm: Annotated[float, _between(0, 1_000_000)] = Field(
         1.5, description="Travels shorter than this are made without."
     )
+    prime_mm: Annotated[float, _between(0, 1000)] = Field(
+        0.0,
+        description="Length of a line beside the sheet, on the bed, that fills the nozzle first; 0 for none.",
+    )
+    prime_gap_mm: Annotated[float, _between(0.1, 1000)] = Field(
+        2.0, description="Distance of that line from the sheet."
+    )
+    park_mm: Annotated[float, _between(-10_000, 10_000)] | None = Field(
+        None,
+        description="Where the nozzle goes at the end, above the print, along the sheet's horizontal axis; "
+        "by default it rises where it is.",
+    )
     firmware_retraction: bool = Field(False, strict=True, description="Use G10 and G11 instead of E moves.")
     valve_open_s: Dwell = Field(0.05, description="Dwell after the valve opens, before moving.")
     valve_close_s: Dwell = Field(0.05, description="Dwell after the valve closes, before moving.")

@@ -8,6 +8,8 @@ from gcode.parse import parse
 from slicer import hatch, sequence, travel
 from slicer.grid import Grid
 
+BARE = "motion.prime_mm=0"
+"""Programs of the print alone; the line that fills the nozzle has tests of its own (test_prime)."""
 FACTS = {"version": "test", "method": "greedy"}
 
 
@@ -38,7 +40,7 @@ def _arguments(sheet, profile):
 
 def make_lines(sheet, profile_name="marlin-generic", *settings):
     """The G-code of a sheet, a list of lines."""
-    profile = profiles.load(profile_name, settings)
+    profile = profiles.load(profile_name, [BARE, *settings])
     return list(emit.emit(make_program(sheet, profile), profile, FACTS))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fields import grids
 from hypothesis import assume, given, settings
-from making import make_grid, make_lines, make_program, read_lines
+from making import BARE, make_grid, make_lines, make_program, read_lines
 
 import profiles
 from gcode import emit
@@ -45,7 +45,7 @@ def test_the_golden_comparison_can_fail(golden, request):
 @given(grids(max_tiles=2))
 def test_every_number_has_its_format_and_the_text_gives_the_moves(sheet):
     assume(len(hatch(sheet).segments))
-    profile = profiles.load("marlin-generic")
+    profile = profiles.load("marlin-generic", [BARE])
     made = make_program(sheet, profile)
     lines = list(emit.emit(made, profile, {}))
     for line in lines:

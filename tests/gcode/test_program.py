@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from making import make_grid, make_plan, make_program
+from making import BARE, make_grid, make_plan, make_program
 
 import profiles
 from gcode import program
@@ -14,7 +14,7 @@ from gcode.moves import Kind
 
 
 def moves_of(sheet, profile="marlin-generic", *settings):
-    return make_program(sheet, profiles.load(profile, settings)).moves
+    return make_program(sheet, profiles.load(profile, [BARE, *settings])).moves
 
 
 def extrusions(moves):

@@ -170,6 +170,9 @@ M84
 ; motion.retract_speed_mm_s = 30.0
 ; motion.retract_extra_mm = 0.0
 ; motion.retract_from_mm = 0.25
+; motion.prime_mm = 0.0
+; motion.prime_gap_mm = 2.0
+; motion.park_mm = null
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.06
 ; motion.valve_close_s = 0.04
@@ -190,4 +193,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:8b89b572955e33e7fb514ad951e13891266d75d9d701f3566037728d402492c9
+; vslice profile end sha256:4213b5f28a7bba042525685fd6e48ef0ce049086f8000c60ff201a33a496eed7

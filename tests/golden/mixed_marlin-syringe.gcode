@@ -113,6 +113,9 @@ M84
 ; motion.retract_speed_mm_s = 2.0
 ; motion.retract_extra_mm = 0.0
 ; motion.retract_from_mm = 2.0
+; motion.prime_mm = 0.0
+; motion.prime_gap_mm = 2.0
+; motion.park_mm = null
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
@@ -133,4 +136,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:1f97eedd468aeab564278234b0b7049846a5b4b9f9c0b61bc157e24c809178ca
+; vslice profile end sha256:92ab26f53cd2c2f7b8910d90cdc8b5305d18998d3bff430e9c553ea872aa492c

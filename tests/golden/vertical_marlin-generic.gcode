@@ -37,6 +37,7 @@ G0 X10.000 F6000
 G1 Z1.125 E0.03599 F600
 G1 E-1.00000 F1800
 G0 Z6.125 F600
+G0 X0.000 F6000
 ;TYPE:CUSTOM
 M104 S0
 M140 S0
@@ -82,6 +83,9 @@ M84
 ; motion.retract_speed_mm_s = 30.0
 ; motion.retract_extra_mm = 0.0
 ; motion.retract_from_mm = 1.5
+; motion.prime_mm = 0.0
+; motion.prime_gap_mm = 2.0
+; motion.park_mm = 0.0
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
@@ -102,4 +106,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:1eafce8a2143777d89e993d4d29405c6d01e8790f0d1bfbe7d321d291ae76c0d
+; vslice profile end sha256:bb911253e03c80b4283eeead7e7af5776d0302a3da204a64b77f9d9b14a270c3

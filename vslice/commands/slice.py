@@ -148,7 +148,8 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     """What a user wants to know of a sliced sheet."""
     plan, made = sliced.plan, sliced.program
     dropped = f"  ({sliced.lines.dropped} too short, dropped)" if sliced.lines.dropped else ""
-    feed = f" ({made.feed_mm:.2f} mm of feed)" if made.feed_mm else ""
+    primed = f", {made.primed_mm:.2f} mm more to fill the nozzle" if made.primed_mm else ""
+    feed = f" ({made.feed_mm:.2f} mm of feed{primed})" if made.feed_mm else ""
     room = sliced.room_ul
     result = sliced.result
     early = ", ended early" if result.stopped else ""

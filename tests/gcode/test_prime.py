@@ -1,0 +1,90 @@
+"""The line that fills the nozzle, and where it stands at the end."""
+
+import numpy as np
+import pytest
+from making import make_program as made
+
+import profiles
+from gcode.check import check
+from gcode.emit import emit
+from gcode.errors import BuildVolumeError
+from gcode.moves import Kind
+from gcode.parse import parse
+from slicer import generate
+
+GRID = generate.random_walk(3, 2, seed=4, tile_mm=5.0, spacing_mm=0.4)
+
+
+def sliced(*settings, profile="marlin-generic", grid=GRID):
+    machine = profiles.load(profile, settings)
+    program = made(grid, machine)
+    return machine, program, list(emit(program, machine, {"version": "0", "profile": profile}))
+
+
+@pytest.mark.parametrize("offset_mm", [10.0, 30.0])
+@pytest.mark.parametrize("profile", ["marlin-generic", "marlin-syringe", "marlin-pneumatic"])
+def test_a_prime_line_beside_the_sheet_fills_the_nozzle_and_the_check_knows_it(profile, offset_mm):
+    machine, program, text = sliced("motion.prime_mm=12", f"machine.offset_mm={offset_mm}", profile=profile)
+    moves = list(parse(text))
+    report = check(moves, machine, GRID)
+    assert report.violations == []
+    assert report.extrusions == len(program.height_mm)
+    without = check(
+        list(parse(sliced("motion.prime_mm=0", f"machine.offset_mm={offset_mm}", profile=profile)[2])),
+        machine,
+        GRID,
+    )
+    assert report.printed_mm == pytest.approx(without.printed_mm)
+    k = next(k for k, move in enumerate(moves) if move.text == "TYPE:SKIRT")
+    line = next(m for m in moves[k:] if m.kind in (Kind.EXTRUDE, Kind.TRAVEL) and not m.rapid)
+    assert line.y_mm == pytest.approx(0.2)  # on the bed, by half a bead
+    assert not offset_mm <= line.x_mm <= offset_mm + 15
+
+
+def test_the_prime_line_counts_in_time_and_feed_apart_from_the_print():
+    _, with_line, _ = sliced("motion.prime_mm=20")
+    _, without, _ = sliced("motion.prime_mm=0")
+    assert with_line.feed_mm == pytest.approx(without.feed_mm)
+    assert with_line.primed_mm > 0 == without.primed_mm
+    assert with_line.times.other_s > without.times.other_s
+    assert with_line.times.printing_s == pytest.approx(without.times.printing_s, rel=1e-3)
+
+
+def test_the_comment_alone_excuses_no_line_over_the_sheet():
+    machine, _, text = sliced("motion.prime_mm=0", "motion.park_mm=0")
+    k = next(k for k, line in enumerate(text) if line.startswith(";TOOLPATH 0"))
+    x = machine.machine.offset_mm + 5
+    forged = [*text[:k], ";TYPE:SKIRT", f"G0 X{x:.3f} Z0.2 F600", f"G1 X{x + 3:.3f} E0.156 F600", *text[k:]]
+    assert "stray" in {violation.kind for violation in check(list(parse(forged)), machine, GRID).violations}
+
+
+def test_no_room_is_told_with_both_sides():
+    with pytest.raises(
+        BuildVolumeError, match=r"prime_mm 300: beside the sheet there are 8\.\d+ mm on the left and 19\d"
+    ):
+        sliced("motion.prime_mm=300")
+    with pytest.raises(
+        BuildVolumeError, match=r"park_mm 400 is outside the build volume: X runs from 0 to 220 mm"
+    ):
+        sliced("motion.park_mm=400")
+
+
+def test_at_the_end_the_nozzle_parks_above_the_print():
+    _, program, _ = sliced("motion.park_mm=100")
+    moves = [move for move in program.moves if move.kind in (Kind.TRAVEL, Kind.EXTRUDE)]
+    assert moves[-1].x_mm == 100
+    highest = np.nanmax([move.y_mm for move in moves if move.kind == Kind.EXTRUDE])
+    assert moves[-1].y_mm >= highest + 4.9
+    assert moves[-2].y_mm == moves[-1].y_mm  # up first, then sideways
+
+
+def test_a_resumed_job_never_fills_the_nozzle_again():
+    from printer import make_program
+    from printer.journal import Entry, JobRecord
+    from printer.resume import start_of_work
+
+    _, _, text = sliced()
+    program = make_program(text)
+    for line in (program.lines[program.toolpaths[0] + 1], program.lines[program.toolpaths[3]]):
+        entry = Entry(JobRecord("p", program.sha256, "port", ""), line, "stopped")
+        assert start_of_work(program, entry) >= program.toolpaths[0]
