@@ -1,0 +1,40 @@
+"""The README's console block is what its commands print today."""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def commands_of(readme):
+    """Each command of the first console block, and the lines that stand below it."""
+    block = re.search(r"^```console\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)[1]
+    found = []
+    for line in block.splitlines():
+        if line.startswith("$ "):
+            found.append((shlex.split(line[2:]), []))
+        else:
+            found[-1][1].append(line)
+    return found
+
+
+def test_the_console_block_is_what_the_commands_print(tmp_path, monkeypatch, capfd):
+    from vslice.cli import main
+
+    found = commands_of((ROOT / "README.md").read_text())
+    assert len(found) == 3
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    for words, printed in found:
+        assert words[0] == "vslice"
+        with pytest.raises(SystemExit) as ended:
+            main(words[1:])
+        assert not ended.value.code, words
+        out, err = capfd.readouterr()
+        # On a terminal warnings come before the table; compiling happens only where nothing was installed.
+        lines = [line for line in (err + out).splitlines() if not line.startswith("Compiling")]
+        assert lines == printed, words
