@@ -5,6 +5,7 @@ import re
 from bisect import bisect_right
 from dataclasses import dataclass
 
+from dialect.commands import IMMEDIATE_OUTPUTS, code_of
 from dialect.numbers import FEED_DECIMALS, fixed
 from printer.errors import JournalError, ResumeError
 from printer.journal import LINES_PER_SYNC, Entry
@@ -224,6 +225,7 @@ def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm:
         *([f"G0 {' '.join(others)} {feed(safety.travel_speed_mm_s)}"] if others else []),
         f"G0 {axis}{number(target[axis])} {feed(safety.lift_speed_mm_s)}",
         *_fed(prime_mm, safety),
+        *(["M400"] if _acts_at_once(state) else []),
         *state.outputs.values(),
         *_recovered(state, safety),
         f"G92 E{fixed(state.position.get('E', 0.0), FEED_DECIMALS)}",
@@ -232,6 +234,11 @@ def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm:
         "M82" if state.absolute_e else "M83",
         *(["G20"] if state.unit_mm != 1.0 else []),
     ]
+
+
+def _acts_at_once(state: Replay) -> bool:
+    """Whether an output would change when its command is read, before the moves ahead of it have ended."""
+    return any(code_of(command) in IMMEDIATE_OUTPUTS for command in state.outputs.values())
 
 
 def _fed(mm: float, safety: Safety) -> list[str]:

@@ -247,3 +247,22 @@ def test_a_height_is_refused_where_the_printer_knows_its_own():
     up = replace(SAFETY, home_lines=("G28",), build_axis_homes_up=True)
     with pytest.raises(ResumeError, match="leave --height 3 out"):
         plan_resume(sheet(), entry(sheet(), 200), up, rebooted=True, height_mm=3)
+
+
+@pytest.mark.parametrize(("valve", "waits"), [("M42 P4 S255", True), ("M106 S255", False)])
+def test_an_output_that_acts_at_once_is_restored_when_the_nozzle_has_arrived(valve, waits):
+    lines = [
+        "G90",
+        "M83",
+        "G0 X0 Y0 Z1 F600",
+        ";TOOLPATH 0",
+        valve,
+        "G1 X9 F600",
+        ";TOOLPATH 1",
+        "G1 X0",
+        "G1 X9",
+    ]
+    program = make_program(lines)
+    plan = plan_resume(program, entry(program, 9, "stopped"), SAFETY, rebooted=False)
+    place = plan.before.index(valve)
+    assert (plan.before[place - 1] == "M400") is waits

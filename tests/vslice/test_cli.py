@@ -413,3 +413,9 @@ def test_a_reader_that_goes_away_is_no_failure_of_ours():
         process.stdout.read(10)
         process.stdout.close()
         assert b"Traceback" not in process.stderr.read()
+
+
+def test_program_and_grid_cannot_both_come_from_standard_input(run):
+    code, _, err = run("check", "-", "--grid", "-")
+    assert code == 2
+    assert "cannot both come from standard input" in err

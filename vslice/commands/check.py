@@ -40,6 +40,8 @@ def command(
     - for standard input. Exits with 1 if anything is wrong.
     """
     settings_without_effect("the check", overrides, "printer")
+    if str(program_file) == "-" and str(grid_file) == "-":
+        raise click.UsageError("Program and grid cannot both come from standard input; name a file for one.")
     from dialect.source import load_stream
     from gcode.check import check
     from vslice.machine import mismatch, read_program
