@@ -10,6 +10,7 @@ from printer.resends import REPEATS
 from printer.sender import Sender
 from printer.settings import Safety, Settings
 from printer.waits import durations
+from printer.window import Window
 
 MOVES = [f"G1 X{k}" for k in range(100)]
 MARK_OK = b"ok T:20.0 /0.0\n"
@@ -588,3 +589,41 @@ def test_temperatures_are_asked_for_now_and_then():
     sender.take_output()
     sender.receive([b"ok"], 5.1)
     assert sender.take_output() == frame(6, "M105")
+
+
+def marked_window():
+    """A window with a line, a mark, a line and another mark under way."""
+    window = Window(["G21"] * 4)
+    for own in (None, window.mark, None, window.mark):
+        number = window.assign(own)
+        window.send()
+        if own:
+            window.await_answer(number, now=0.0)
+    return window
+
+
+def test_an_answer_proves_nothing_while_it_may_be_that_of_another_mark():
+    window = marked_window()
+    window.take(4)
+    window.prove_answered(now=1.0)
+    assert window.proved == 1
+    window.prove_answered(now=1.0)
+    assert window.proved == 5
+
+
+def test_an_answer_that_comes_before_the_oks_of_the_lines_ahead_proves_nothing():
+    window = marked_window()
+    window.prove_answered(now=1.0)
+    window.prove_answered(now=1.0)  # a doubled one: the mark on line 4 was not reached
+    assert window.proved == 1
+
+
+def test_an_answer_that_was_lost_is_forgotten_after_a_while():
+    window = marked_window()
+    window.take(4)
+    fresh = window.assign(window.mark)
+    window.send()
+    window.await_answer(fresh, now=90.0)
+    window.take(fresh - 1)
+    window.prove_answered(now=91.0)
+    assert window.proved == fresh + 1
