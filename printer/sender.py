@@ -112,6 +112,10 @@ class Sender(Outgoing):
             window.prove_answered(now)
             self.resends.missed()
             number = window.marks[0] if self.probe is None else self.probe
+        else:  # the answer names its line (ADVANCED_OK)
+            window.prove_answered(now)
+            if number == window.acked:
+                window.prove(number)
         self._take(number, now)
 
     def _resend(self, number: int | None, now: float) -> None:
