@@ -34,9 +34,14 @@ NO_EFFECT = {"M200": "S0", "M220": "S100", "M221": "S100"}
 """Factors on flow and speed, and the one form of each that changes nothing."""
 
 NEVER = frozenset(
-    f"G{code}" for code in (2, 3, 5, 7, 8, 16, 41, 42, 43, 49, 51, 53, 54, 55, 56, 57, 58, 59, 68, 76, 93, 95)
+    f"G{code}"
+    for code in (2, 3, 5, 7, 8, 16, 41, 42, 43, 49, 51, 52, 53, 54, 55, 56, 57, 58, 59, 68, 76, 93, 95)
 ) | frozenset(
-    f"M{code}" for code in (23, 24, 28, 30, 32, 92, 98, 112, 206, 218, 290, 410, 428, 502, 665, 666, 851)
+    f"M{code}"
+    for code in (
+        *(23, 24, 28, 30, 32, 92, 98, 112, 163, 164, 165, 166, 206, 218, 290, 350, 404, 405, 410, 428, 502),
+        *(605, 665, 666, 851, 852),
+    )
 )
 """Curves, other coordinates, other scales, other programs, an emergency stop: wrong wherever they stand."""
 
@@ -54,7 +59,7 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
     outputs = {_output(line) for line in valve} - {None}
     laid = [k for k, prints in enumerate(printing) if prints]
     first, last = (laid[0], laid[-1]) if laid else (len(moves), len(moves))
-    found: list[Violation] = []
+    found = _cold_start(moves[: first + 1], profile) if laid else []
     queued = False
     for k, move in enumerate(moves):
         if move.kind in (Kind.TRAVEL, Kind.EXTRUDE, Kind.FEED):
@@ -82,6 +87,36 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
         if why is not None:
             found.append(Violation(move.line, "command", f"{move.text} {why}"))
     return found
+
+
+def _cold_start(moves: list[Move], profile: Profile) -> list[Violation]:
+    """What is wrong with the temperature of the nozzle at the first extrusion, the last of ``moves``.
+
+    Marlin extrudes nothing below ``EXTRUDES_FROM_C`` unless M302 allows it, and moves on all the same.
+    """
+    wanted = profile.material.nozzle_temperature_c
+    if profile.material.feed == "pneumatic" or wanted < EXTRUDES_FROM_C:
+        return []
+    target, hot, cold_allowed = None, False, False
+    for move in moves:
+        code = code_of(move.text) if move.kind == Kind.COMMAND else ""
+        words = values_of(move.text) if code in ("M104", "M109", "M302") else {}
+        if code == "M302":
+            cold_allowed = bool(words.get("P")) or words.get("S") == 0
+        elif code in ("M104", "M109"):
+            target = words.get("S", words.get("R"))
+            # M104 does not wait, but changes nothing where the nozzle is hot already.
+            hot = (hot or code == "M109") and target is not None and target >= EXTRUDES_FROM_C
+    if cold_allowed or hot:
+        return []
+    if target is None:
+        text = f"the first extrusion comes before the nozzle is heated; the profile has {wanted:g} C (M109)"
+    elif target < EXTRUDES_FROM_C:
+        least = f"below {EXTRUDES_FROM_C:g} C nothing is extruded"
+        text = f"the nozzle is set to {target:g} C at the first extrusion; {least}"
+    else:
+        text = f"the first extrusion does not wait for the nozzle to reach {target:g} C (M109)"
+    return [Violation(moves[-1].line, "command", text)]
 
 
 def valve_lines(profile: Profile) -> list[str]:

@@ -204,7 +204,7 @@ def test_a_violation_names_the_line_that_an_editor_shows():
 
 
 def test_lines_may_be_drawn_in_several_straight_movements():
-    lines = ["G92 X0 Y110 Z0", "M83", "G0 X10 Z0.05 F600"]
+    lines = ["M109 S200", "G92 X0 Y110 Z0", "M83", "G0 X10 Z0.05 F600"]
     sheet = make_grid([[0]], spacing=0.6, tile=(1.0, 1.0))
     whole = float(
         next(line for line in make_lines(sheet) if line.startswith("G1 X")).split("E")[1].split()[0]

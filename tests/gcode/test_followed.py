@@ -135,3 +135,42 @@ def test_the_check_and_the_sender_read_the_same(name):
 def test_no_command_is_named_without_a_print():
     moves = read_lines(["M600", "G28 Z"])
     assert check_commands(moves, [False] * len(moves), profiles.load("marlin-generic")) == []
+
+
+@pytest.mark.parametrize(
+    ("heating", "words"),
+    [
+        ([], "before the nozzle is heated"),
+        (["M104 S200"], "does not wait for the nozzle to reach 200 C"),
+        (["M109 S200", "M104 S0"], "is set to 0 C at the first extrusion"),
+        (["M109 S150"], "is set to 150 C at the first extrusion"),
+        (["M109 S200", "M104 S0", "M104 S200"], "does not wait"),
+        (["M109 S200"], None),
+        (["M109 R210", "M104 S205"], None),
+        (["M302 P1"], None),
+        (["M302 S0"], None),
+    ],
+)
+def test_the_nozzle_is_hot_at_the_first_extrusion(heating, words):
+    lines = [line for line in make_lines(make_grid([[-45]])) if not line.startswith(("M104 S2", "M109"))]
+    k = lines.index("G21")
+    found = check(read_lines([*lines[:k], *heating, *lines[k:]]), profiles.load("marlin-generic")).violations
+    assert [violation.kind for violation in found] == ([] if words is None else ["command"])
+    assert words is None or words in found[0].message
+
+
+def test_a_cold_feed_needs_no_heat():
+    for profile in ("marlin-syringe", "marlin-pneumatic"):
+        lines = make_lines(make_grid([[-45]]), profile)
+        assert not any(line.startswith("M109") for line in lines)
+        assert check(read_lines(lines), profiles.load(profile)).violations == []
+
+
+@pytest.mark.parametrize(
+    "command", ["M350 X32", "M605 S2", "M852 I1", "G52 X5", "M165 A1", "M404 W3", "M405"]
+)
+def test_what_changes_scale_flow_or_place_is_named_before_the_print_too(command):
+    lines = make_lines(make_grid([[-45]]))
+    k = lines.index("G21")
+    found = check(read_lines([*lines[:k], command, *lines[k:]]), profiles.load("marlin-generic")).violations
+    assert [violation.kind for violation in found] == ["command"]
