@@ -222,11 +222,11 @@ def test_a_file_with_the_name_of_a_shipped_profile(run):
 def test_the_plane_and_the_start_block_come_from_the_program(run):
     Path("w.json").write_text(TILE)
     Path("my.toml").write_text('[machine]\nplane = "YZ"\n')
-    words = ["--set", 'gcode.start=["G28", "M118 A"]', "--method", "greedy"]
+    words = ["--set", 'gcode.start=["G28", "M118 A", "M109 S200"]', "--method", "greedy"]
     assert run("w.json", "-o", "w.gcode", "-p", "my.toml", *words)[0] == 0
     Path("my.toml").unlink()
     assert run("check", "w.gcode", "--grid", "w.json")[0] == 0
-    assert '; gcode.start = ["G28", "M118 A"]' in Path("w.gcode").read_text()
+    assert '; gcode.start = ["G28", "M118 A", "M109 S200"]' in Path("w.gcode").read_text()
 
 
 def test_a_name_of_a_file_is_no_command(run):

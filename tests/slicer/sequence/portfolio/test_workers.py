@@ -61,6 +61,7 @@ if __name__ == "__main__":
     instance = json.load(open(sys.argv[1]))
     problem = Problem.build(np.array(instance["segments"], float), first=instance["first"])
     start = solve(problem, method="greedy")
+    solve(problem, method="aco", effort="quick", time_limit_s=0.1)  # an interrupt waits for what is being compiled
     for delay in map(float, sys.argv[2:]):
         given = start if delay < 1 else None
         timer = threading.Timer(delay, os.killpg, (0, signal.SIGINT))
@@ -102,7 +103,7 @@ def test_ctrl_c_returns_a_sequence_at_any_moment(tmp_path):
         assert stopped, delay
         assert refused is None, delay
         assert better, delay
-        assert took < delay + 15, delay  # the effort alone takes longer
+        assert took < delay + 60, delay  # the effort alone takes minutes
 
 
 class Fatal:
