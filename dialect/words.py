@@ -12,7 +12,7 @@ from dialect.errors import ReadError
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])[ \t]*({NUMBER})?(?![0-9.])[ \t]*")
 WORDS = re.compile(rf"(?:[A-Z][ \t]*(?:{NUMBER})?(?![0-9.])[ \t]*)*")
-MACRO = re.compile(r"[A-Z]{2}[A-Z_]\w*(?=\s|$)")  # of a host or another firmware
+MACRO = re.compile(r"(?:[A-Z]{2}[A-Z_]|[A-Z]_[A-Z])\w*(?=\s|$)")  # of a host or another firmware
 EXPONENT = re.compile(r"[0-9.]e[-+]?[0-9]")
 COMMANDS = "GMTDO"
 NEED_NUMBERS = frozenset({"G0", "G1", "G2", "G3", "G4", "G5", "G92"})

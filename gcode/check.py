@@ -15,6 +15,7 @@ from gcode.head import read_head
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
+from gcode.ranges import SLOWEST_MM_S
 from gcode.strokes import Stroke, compare_with_hatch, prime_strokes
 from gcode.violation import Violation
 from profiles import Profile
@@ -174,7 +175,12 @@ def _speeds(moves: list[Move], profile: Profile) -> list[Violation]:
     limits = AxisLimits.of(profile)
     horizontal, across = profile.machine.plane[0], "Y" if profile.machine.plane == "XZ" else "X"
     found = []
-    unset = next((m for m in moves if m.kind in (Kind.TRAVEL, Kind.EXTRUDE) and not m.speed_mm_s > 0), None)
+    moving = (Kind.TRAVEL, Kind.EXTRUDE, Kind.FEED)
+    unset = next((m for m in moves if m.kind in moving and not m.speed_mm_s > 0), None)
+    slow = next((m for m in moves if m.kind in moving and 0 < m.speed_mm_s < SLOWEST_MM_S), None)
+    if slow is not None:
+        text = f"moves at {slow.speed_mm_s:.2g} mm/s; at least {SLOWEST_MM_S:g} mm/s are taken here"
+        found.append(Violation(slow.line, "speed", text))
     if unset is not None:
         found.append(Violation(unset.line, "speed", "moves before any speed above 0 (F) has been set"))
     before: Move | None = None

@@ -1,34 +1,35 @@
 """Which commands a replay follows, and so may stand in a print; every other one is named.
 
 Between the first and the last extrusion only what is listed here may stand, in a form that changes nothing
-that is not followed. Before and behind, start and end blocks may hold anything but what would shift, scale
-or replace the print itself.
+that is not followed. Before and behind may stand what prepares or ends, see ``gcode.preparing``, and the
+profile's own start and end blocks.
 """
 
+import math
 import re
 
 from dialect.commands import EMPTIES_QUEUE, IMMEDIATE_OUTPUTS, code_of
 from dialect.reader import clean
 from dialect.words import values_of
 from gcode.moves import Kind, Move
+from gcode.preparing import START_MACROS, why_not
+from gcode.ranges import (
+    EXTRUDES_FROM_C,
+    HEATERS,
+    SETTINGS,
+    out_of_range,
+    wrong_dwell,
+    wrong_temperature,
+)
 from gcode.violation import Violation
 from profiles import Profile, render
 
 BARE = frozenset({"G21", "G90", "G91", "M82", "M83", "M400", "M105", "M114"})
 """Modes that are followed, waits and questions; none has words."""
 
-HEATERS = {
-    "M104": "nozzle_temperature_c",
-    "M109": "nozzle_temperature_c",
-    "M140": "bed_temperature_c",
-    "M190": "bed_temperature_c",
-}
 FANS = frozenset({"M106", "M107"})
-ACCELERATIONS = {"M201": "XYZE", "M204": "PRTS", "M205": "XYZEJ"}
-"""How fast speeds change, and the words that say so. S and T of M205 would raise slow feeds."""
-
-EXTRUDES_FROM_C = 170.0
-"""Below this Marlin extrudes nothing (EXTRUDE_MINTEMP)."""
+ACCELERATIONS = frozenset({"M201", "M204", "M205"})
+"""How fast speeds change; that may happen within a print."""
 
 NO_EFFECT = {"M200": "S0", "M220": "S100", "M221": "S100"}
 """Factors on flow and speed, and the one form of each that changes nothing."""
@@ -56,6 +57,7 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
     """
     allowed = {name.upper() for name in profile.gcode.allowed_commands}
     valve = set(valve_lines(profile)) if profile.material.feed == "pneumatic" else set()
+    start, end = _block(profile.gcode.start, profile), _block(profile.gcode.end, profile)
     outputs = {_output(line) for line in valve} - {None}
     laid = [k for k, prints in enumerate(printing) if prints]
     first, last = (laid[0], laid[-1]) if laid else (len(moves), len(moves))
@@ -66,7 +68,9 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
             queued = True
         if move.kind == Kind.DWELL:
             queued = False
-        if not move.text or move.kind == Kind.COMMENT:
+        if move.kind == Kind.DWELL and (why := wrong_dwell(move.seconds, move.text)):
+            found.append(Violation(move.line, "command", f"{move.text or 'G4'} {why}"))
+        if not move.text or move.kind in (Kind.COMMENT, Kind.DWELL):
             continue
         code = code_of(move.text)
         middle = first < k < last
@@ -77,13 +81,16 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
             found.append(Violation(move.line, "flow", text))
         if code in allowed or move.text in valve:
             continue
-        why = _anywhere(move.text, code)
+        own = move.text in (start if k < first else end if k > last else ())
+        why = None if own else _anywhere(move.text, code, profile)
         if why is None and k > first and not middle and _homes_down(move.text, profile):
             why = "drives the nozzle down into the sheet that stands"
         if why is None and middle:
             why = _in_the_middle(move.text, code, profile)
             if why is None and _output(move.text) in outputs:
                 why = "turns the output of the valve, but neither opens nor closes it as the profile does"
+        elif why is None and not own and code not in (*HEATERS, *SETTINGS, *NO_EFFECT, "M302"):
+            why = why_not(move.text) if laid else None
         if why is not None:
             found.append(Violation(move.line, "command", f"{move.text} {why}"))
     return found
@@ -92,28 +99,43 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
 def _cold_start(moves: list[Move], profile: Profile) -> list[Violation]:
     """What is wrong with the temperature of the nozzle at the first extrusion, the last of ``moves``.
 
-    Marlin extrudes nothing below ``EXTRUDES_FROM_C`` unless M302 allows it, and moves on all the same.
+    Marlin extrudes nothing below ``EXTRUDES_FROM_C`` unless M302 allows it, and moves on all the same. A
+    profile whose firmware extrudes cold as it is has M302 in ``allowed_commands``.
     """
     wanted = profile.material.nozzle_temperature_c
-    if profile.material.feed == "pneumatic" or wanted < EXTRUDES_FROM_C:
+    if profile.material.feed == "pneumatic":
         return []
-    target, hot, cold_allowed = None, False, False
+    if "M302" in map(str.upper, profile.gcode.allowed_commands):
+        return []
+    target, reached, least, unseen = None, -math.inf, EXTRUDES_FROM_C, False
+    allowed = False
     for move in moves:
         code = code_of(move.text) if move.kind == Kind.COMMAND else ""
         words = values_of(move.text) if code in ("M104", "M109", "M302") else {}
+        unseen = unseen or code in START_MACROS
+        if code == "TURN_OFF_HEATERS":
+            target, reached = 0.0, 0.0
         if code == "M302":
-            cold_allowed = bool(words.get("P")) or words.get("S") == 0
-        elif code in ("M104", "M109"):
+            least = words.get("S") or (0.0 if "S" in words else least)
+            allowed = bool(words["P"]) if "P" in words else least == 0 if "S" in words else allowed
+        elif words:
             target = words.get("S", words.get("R"))
             # M104 does not wait, but changes nothing where the nozzle is hot already.
-            hot = (hot or code == "M109") and target is not None and target >= EXTRUDES_FROM_C
-    if cold_allowed or hot:
+            reached = (target or 0.0) if code == "M109" else min(reached, target or 0.0)
+    if allowed or reached >= least or (unseen and target is None):
         return []
-    if target is None:
+    if wanted < EXTRUDES_FROM_C:
+        text = (
+            f"the first extrusion is cold, and below {least:g} C Marlin extrudes nothing: put M302 P1 "
+            f"before it (the profile has {wanted:g} C), or M302 in [gcode] allowed_commands of the profile "
+            "if its firmware does not prevent cold extrusion"
+        )
+    elif target is None:
         text = f"the first extrusion comes before the nozzle is heated; the profile has {wanted:g} C (M109)"
-    elif target < EXTRUDES_FROM_C:
-        least = f"below {EXTRUDES_FROM_C:g} C nothing is extruded"
-        text = f"the nozzle is set to {target:g} C at the first extrusion; {least}"
+    elif target < least:
+        text = (
+            f"the nozzle is set to {target:g} C at the first extrusion; below {least:g} C nothing is extruded"
+        )
     else:
         text = f"the first extrusion does not wait for the nozzle to reach {target:g} C (M109)"
     return [Violation(moves[-1].line, "command", text)]
@@ -121,11 +143,14 @@ def _cold_start(moves: list[Move], profile: Profile) -> list[Violation]:
 
 def valve_lines(profile: Profile) -> list[str]:
     """The profile's own lines that open and close the valve, as the reader gives them."""
-    blocks = (profile.gcode.valve_open, profile.gcode.valve_close)
-    return [command for lines in blocks for command in map(clean, render(lines, profile.values)) if command]
+    return [*_block(profile.gcode.valve_open, profile), *_block(profile.gcode.valve_close, profile)]
 
 
-def _anywhere(text: str, code: str) -> str | None:
+def _block(lines: tuple[str, ...], profile: Profile) -> list[str]:
+    return [command for command in map(clean, render(lines, profile.values)) if command]
+
+
+def _anywhere(text: str, code: str, profile: Profile) -> str | None:
     """Why a command is wrong wherever it stands."""
     base = code.partition(".")[0]
     words = values_of(text)
@@ -133,12 +158,20 @@ def _anywhere(text: str, code: str) -> str | None:
         letter, value = NO_EFFECT[code][0], float(NO_EFFECT[code][1:])
         return None if words == {letter: value} else UNSURE
     if base in ("G0", "G1"):
+        speed = words.get("F")
+        if speed is not None and speed <= 0:
+            return f"has a speed of {speed:g}, which a printer ignores or stops at"
         odd = ", ".join(sorted(words.keys() - set("XYZEF")))
         return f"has words that are not followed here ({odd or code})" if odd or code != base else None
+    if code in HEATERS and words:
+        return wrong_temperature(words, code, profile)
+    if code in SETTINGS:
+        return out_of_range(text)
     shifts = base == "G10" and bool({"L", "P"} & words.keys())
     subcode = code != base and base in ("G4", "G20", "G21", "G28", "G90", "G91", "G92")
-    other_tool = code[0] == "T" and code != "T0"
-    if base in NEVER or shifts or subcode or other_tool or code[0] == "O" or base in MACROS:
+    numbered = code[1:2].isdigit()
+    other_tool = numbered and code[0] == "T" and code != "T0"
+    if base in NEVER or shifts or subcode or other_tool or (numbered and code[0] == "O") or base in MACROS:
         return UNSURE
     return None
 
@@ -167,16 +200,15 @@ def _in_the_middle(text: str, code: str, profile: Profile) -> str | None:
         return None
     if code in HEATERS:
         return _cold(words, code, profile)
-    if code in ACCELERATIONS and words and words.keys() <= set(ACCELERATIONS[code]):
-        slow = [letter for letter, value in words.items() if not value or value <= 0]
-        return f"sets {slow[0]} to nothing" if slow else None
+    if code in ACCELERATIONS and words:
+        return None  # its values were looked at by ``out_of_range``
     return "is not followed in the middle of a print; [gcode] allowed_commands of a profile may allow it"
 
 
 def _cold(words: dict[str, float | None], code: str, profile: Profile) -> str | None:
     """Why a temperature would end the flow of material."""
     target = words.get("S", words.get("R"))
-    if len(words) != 1 or target is None:
+    if target is None:
         return "sets no temperature that is followed here"
     wanted = float(profile.values[HEATERS[code]])  # type: ignore[arg-type]
     if wanted > 0 and target <= 0:

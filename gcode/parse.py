@@ -17,6 +17,14 @@ DEFAULT_SPEED_MM_S = math.nan
 MOTION = {"G0", "G1"}
 FOLLOWED = MOTION | {"G4", "G20", "G21", "G28", "G90", "G91", "G92", "M82", "M83"}
 FOLLOWED_WORDS = frozenset("XYZEF")
+CURVES = frozenset({"G2", "G3", "G5"})
+"""Their way is not followed, but where they end is."""
+
+ELSEWHERE = frozenset(
+    {"G12", "G26", "G27", "G30", "G32", "G33", "G34", "G35", "G38", "G61", "M48", "M125", "M600"}
+    | {"M701", "M702"}
+)
+"""Moves of the firmware's own: where the nozzle is afterwards is not known here."""
 
 
 @dataclass
@@ -37,7 +45,8 @@ def parse(lines: Iterable[str], *, plane: str = "XZ", name: str = "") -> Iterato
 
     Followed are G0, G1, G4, G10, G11, G20, G21, G28, G90, G91, G92, M82 and M83. Any other command becomes
     a ``COMMAND`` with its text, and so do all that set a mode. A move with words that are not followed, such
-    as those of a further axis, has its text. After homing, an axis has no known position.
+    as those of a further axis, has its text. After homing, an axis has no known position, and after what
+    moves in a way of the firmware's own, none has.
 
     Args:
         plane: "XZ" or "YZ", which axes ``x_mm`` and ``y_mm`` of the moves are.
@@ -63,8 +72,13 @@ def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
         if not text:
             continue
         code = code_of(text)
+        base = code.partition(".")[0]
         words = _values(text) if code in FOLLOWED else {}
-        odd = text if code in MOTION and words.keys() - FOLLOWED_WORDS else ""
+        if base in CURVES:
+            _motion(machine, "G1", {w: v for w, v in _values(text).items() if w in FOLLOWED_WORDS})
+        elif base in ELSEWHERE:
+            machine.position.update(dict.fromkeys("XYZ", math.nan))
+        odd = text if code in MOTION and (words.keys() - FOLLOWED_WORDS or words.get("F", 1.0) <= 0) else ""
         move = _motion(machine, code, words)
         if move is not None:
             kind, e = move
@@ -82,7 +96,8 @@ def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
             )
         elif code == "G4":
             seconds = words.get("S", words.get("P", 0.0) / 1000)  # Marlin: S overrules P
-            yield Move(Kind.DWELL, *here, seconds=seconds, line=number)
+            odd = "" if words and words.keys() <= {"S", "P"} else text
+            yield Move(Kind.DWELL, *here, seconds=seconds, text=odd, line=number)
         elif text in ("G10", "G11"):
             kind = Kind.FIRMWARE_RETRACT if code == "G10" else Kind.FIRMWARE_PRIME
             yield Move(kind, *here, line=number)
@@ -113,7 +128,7 @@ def _motion(machine: _Machine, code: str, words: dict[str, float]) -> tuple[Kind
     """Carry out G0 and G1: what kind of move it was, and the feed; None for other codes."""
     if code not in MOTION:
         return None
-    if "F" in words:
+    if words.get("F", 0.0) > 0:  # Marlin takes no other
         machine.speed_mm_s = words["F"] * machine.unit / 60
     moved = False
     for axis in "XYZ":
