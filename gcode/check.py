@@ -66,7 +66,7 @@ def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Repo
     """
     feeding, printing = check_feeding(moves, profile, _only_spacing(grid))
     laid, segments = _motions(moves, printing)
-    primes = prime_strokes(laid, moves)
+    primes = prime_strokes(laid, moves, profile.motion.prime_mm)
     violations = (
         check_commands(moves, printing, profile)
         + feeding

@@ -62,7 +62,7 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
     laid = [k for k, prints in enumerate(printing) if prints]
     first, last = (laid[0], laid[-1]) if laid else (len(moves), len(moves))
     found = _cold_start(moves[: first + 1], profile) if laid else []
-    queued = False
+    queued = homed = False
     for k, move in enumerate(moves):
         if move.kind in (Kind.TRAVEL, Kind.EXTRUDE, Kind.FEED):
             queued = True
@@ -81,8 +81,18 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
             found.append(Violation(move.line, "flow", text))
         if code in allowed or move.text in valve:
             continue
+        if code == "G28":
+            homed = True
         own = move.text in (start if k < first else end if k > last else ())
         why = None if own else _anywhere(move.text, code, profile)
+        if (
+            why is None
+            and not own
+            and homed
+            and code == "G92"
+            and _renames_unknown(moves[k - 1], move.text, profile)
+        ):
+            why = "renames the place to which the axes homed, which is not known here: what comes is shifted"
         if why is None and k > first and not middle and _homes_down(move.text, profile):
             why = "drives the nozzle down into the sheet that stands"
         if why is None and middle:
@@ -90,7 +100,7 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
             if why is None and _output(move.text) in outputs:
                 why = "turns the output of the valve, but neither opens nor closes it as the profile does"
         elif why is None and not own and code not in (*HEATERS, *SETTINGS, *NO_EFFECT, "M302"):
-            why = why_not(move.text) if laid else None
+            why = why_not(move.text, behind=k > last) if laid else None
         if why is not None:
             found.append(Violation(move.line, "command", f"{move.text} {why}"))
     return found
@@ -174,6 +184,15 @@ def _anywhere(text: str, code: str, profile: Profile) -> str | None:
     if base in NEVER or shifts or subcode or other_tool or (numbered and code[0] == "O") or base in MACROS:
         return UNSURE
     return None
+
+
+def _renames_unknown(before: Move, text: str, profile: Profile) -> bool:
+    """Whether a G92 is given where an axis has homed and has not moved since: it shifts all that comes."""
+    along, across = ("X", "Y") if profile.machine.plane == "XZ" else ("Y", "X")
+    places = {along: before.x_mm, "Z": before.y_mm, across: before.depth_mm}
+    words = values_of(text)
+    axes = words.keys() & places.keys() if words else places.keys()
+    return any(math.isnan(places[axis]) for axis in axes)
 
 
 UNSURE = "is not followed here; what comes is unsure"

@@ -18,27 +18,32 @@ HARMLESS = frozenset(
     # position counts as unknown.
     _codes("G", "0 1 4 10 11 12 20 21 27 28 29 30 32 33 34 35 60 80 90 91 92")
     # Waits for people, motors, the card, the clock, power, answers, messages, reports.
-    | _codes("M", "0 1 5 9 17 18 20 21 22 27 31 36 73 75 76 77 78 80 81 82 83 84 105 113 114 115 117 118 119")
-    | _codes("M", "122 123 150 154 155 240 250 255 256 300 355 400 401 402 412 413 414 420 486 501 503 504")
-    | _codes("M", "505 710 860 861 862 863 864 865 866 867 868 869 876")
+    | _codes("M", "0 1 5 9 17 20 21 22 27 31 36 73 75 76 77 78 80 82 83 105 113 114 115 117 118 119")
+    | _codes("M", "122 123 150 154 155 250 255 256 355 400 401 402 412 413 414 420 486 501 503 504")
+    | _codes("M", "710 860 861 862 863 864 865 866 867 868 869 876")
     | {"T0"}
 )
 
 MACROS = frozenset({
     "START_PRINT", "PRINT_START", "END_PRINT", "PRINT_END", "BED_MESH_CALIBRATE", "BED_MESH_PROFILE",
     "BED_MESH_CLEAR", "RESPOND", "QUAD_GANTRY_LEVEL", "Z_TILT_ADJUST", "SCREWS_TILT_CALCULATE",
-    "CLEAR_PAUSE", "STATUS", "GET_POSITION", "TURN_OFF_HEATERS", "SET_PRINT_STATS_INFO",
+    "CLEAR_PAUSE", "STATUS", "GET_POSITION", "SET_PRINT_STATS_INFO",
     "SET_DISPLAY_TEXT", "EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_START", "EXCLUDE_OBJECT_END",
 })  # fmt: skip
 """Klipper's own that prepare or end, and the names that start and end blocks have by custom."""
+
+ENDING = frozenset({"M18", "M81", "M84", "TURN_OFF_HEATERS"})
+"""Motors, power and heaters off: before a print they lose the position or the heat that it needs."""
 
 START_MACROS = frozenset({"START_PRINT", "PRINT_START"})
 """By custom they heat, home and fill the nozzle, in a way that only the printer knows."""
 
 
-def why_not(text: str) -> str | None:
-    """Why a command may not stand outside the print; None if it may."""
+def why_not(text: str, behind: bool) -> str | None:
+    """Why a command may not stand before the print, or ``behind`` it; None if it may."""
     code = code_of(text)
+    if code in ENDING:
+        return None if behind else "switches off what the print needs"
     base = code.partition(".")[0]
     words = values_of(text)
     if code in MACROS:

@@ -45,6 +45,7 @@ SETTINGS: dict[str, dict[str, tuple[float, float]]] = {
     "M111": {"S": (0, 7)},  # 8 is a dry run
     "M141": {"S": (0, HOTTEST_BED_C)},
     "M191": {"S": (0, HOTTEST_BED_C)},
+    "M300": {"S": (0, 20_000), "P": (0, 60_000)},  # a beep, for which the printer waits
     "M566": dict.fromkeys("XYZE", (1.0, 100_000.0)),  # RepRapFirmware: jerk in mm/min
     "M900": {"K": (0, 10), "L": (0, 10), "S": (0, 1), "T": (0, 0)},  # Marlin takes K below 10
 }
@@ -77,7 +78,7 @@ def wrong_dwell(seconds: float, text: str) -> str | None:
 
 def wrong_temperature(words: Words, code: str, profile: Profile) -> str | None:
     """Why a temperature is none that this machine can have, or none that this command can set."""
-    target = words.get("S", words.get("R"))
+    target = words.get("S", words.get("R") if code in ("M109", "M190") else None)
     wanted = float(profile.values[HEATERS[code]])  # type: ignore[arg-type]
     part = "nozzle" if HEATERS[code].startswith("nozzle") else "bed"
     most = max(HOTTEST_NOZZLE_C if part == "nozzle" else HOTTEST_BED_C, wanted)

@@ -1,6 +1,6 @@
 """The lines that a program draws, and whether they are the hatch lines of a grid."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -111,9 +111,15 @@ def compare_with_hatch(
     return out, exact[np.argsort(line, kind="stable")]
 
 
-def prime_strokes(laid: list[Stroke], moves: Iterable[Move]) -> set[int]:
+def prime_strokes(laid: list[Stroke], moves: Sequence[Move], prime_mm: float = 0.0) -> set[int]:
     """The program lines that only fill the nozzle: printed behind ``;TYPE:SKIRT``, before all toolpaths, and
-    beside all of them. The comment alone excuses nothing: a line over the sheet is one of the sheet."""
+    beside all of them. The comment alone excuses nothing: a line over the sheet is one of the sheet.
+
+    Hosts strip comments. Where a program has none of a type, its first line is that line if it is level, as
+    long as the profile's ``prime_mm``, no higher than anything else, and beside all the rest.
+    """
+    if not any(move.kind == Kind.COMMENT and move.text.startswith("TYPE:") for move in moves):
+        return _bare_prime(laid, prime_mm)
     skirt = False
     marked: set[int] = set()
     for move in moves:
@@ -131,6 +137,20 @@ def prime_strokes(laid: list[Stroke], moves: Iterable[Move]) -> set[int]:
     low = min(min(stroke.x0, stroke.x1) for stroke in rest)
     high = max(max(stroke.x0, stroke.x1) for stroke in rest)
     return {s.line for s in first if max(s.x0, s.x1) < low or min(s.x0, s.x1) > high}
+
+
+def _bare_prime(laid: list[Stroke], prime_mm: float) -> set[int]:
+    drawn = [stroke for stroke in laid if stroke.prints]
+    if prime_mm <= 0 or len(drawn) < 2:
+        return set()
+    first, rest = drawn[0], drawn[1:]
+    level = abs(first.y1 - first.y0) <= ROUNDING_MM
+    long = abs(abs(first.x1 - first.x0) - prime_mm) <= ROUNDING_MM
+    lowest = first.y0 <= min(min(s.y0, s.y1) for s in rest) + ROUNDING_MM
+    low = min(min(s.x0, s.x1) for s in rest)
+    high = max(max(s.x0, s.x1) for s in rest)
+    beside = max(first.x0, first.x1) < low or min(first.x0, first.x1) > high
+    return {first.line} if level and long and lowest and beside else set()
 
 
 def _ends(drawn: list[Stroke]) -> NDArray[np.float64]:

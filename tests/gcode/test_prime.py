@@ -5,6 +5,7 @@ import pytest
 from making import make_program as made
 
 import profiles
+from dialect.reader import checksum
 from gcode.check import check
 from gcode.emit import emit
 from gcode.errors import BuildVolumeError
@@ -88,3 +89,33 @@ def test_a_resumed_job_never_fills_the_nozzle_again():
     for line in (program.lines[program.toolpaths[0] + 1], program.lines[program.toolpaths[3]]):
         entry = Entry(JobRecord("p", program.sha256, "port", ""), line, "stopped")
         assert start_of_work(program, entry) >= program.toolpaths[0]
+
+
+def stripped(text):
+    """A program without its comments, as hosts send it."""
+    return [command for line in text if (command := line.partition(";")[0].strip())]
+
+
+@pytest.mark.parametrize("numbered", [False, True])
+@pytest.mark.parametrize("profile", ["marlin-generic", "marlin-syringe", "marlin-pneumatic"])
+def test_a_program_without_its_comments_has_its_prime_line_still(profile, numbered):
+    machine, program, text = sliced("motion.prime_mm=12", profile=profile)
+    lines = stripped(text)
+    if numbered:
+        lines = [f"N{k} {line}" for k, line in enumerate(lines, 1)]
+        lines = [f"{line}*{checksum(line.encode())}" for line in lines]
+    report = check(list(parse(lines)), machine, GRID)
+    assert report.violations == []
+    assert report.extrusions == len(program.height_mm)
+    assert check(list(parse(lines)), machine).violations == []
+
+
+@pytest.mark.parametrize(
+    "changed", ["motion.prime_mm=0", "motion.prime_mm=11"], ids=["none in the profile", "another length"]
+)
+def test_a_first_line_that_the_profile_does_not_have_is_one_of_the_sheet(changed):
+    _, _, text = sliced("motion.prime_mm=12")
+    machine = profiles.load("marlin-generic", [changed])
+    assert "stray" in {
+        violation.kind for violation in check(list(parse(stripped(text))), machine, GRID).violations
+    }
