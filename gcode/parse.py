@@ -106,6 +106,15 @@ def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
             yield Move(Kind.COMMAND, *here, text=text, line=number)
 
 
+def moves_unseen(command: str) -> bool:
+    """Whether a clean command moves the nozzle, or may do so, in a way that is not followed here."""
+    code = code_of(command)
+    base = code.partition(".")[0]
+    if base in MOTION:  # with a further axis, or in a form that is not known
+        return code != base or bool(_values(command).keys() - FOLLOWED_WORDS)
+    return base in CURVES or base in ELSEWHERE or base in ("G28", "G29") or not base[1:].isdigit()
+
+
 def read_moves(source: Source | Path, *, plane: str = "XZ") -> list[Move]:
     """The moves of a G-code file; see ``parse``.
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gcode.feeding import check_feeding
 from gcode.moves import Kind, Move
+from gcode.parse import moves_unseen
 from profiles import Profile
 from slicer.grid import Grid
 from slicer.hatch import hatch
@@ -63,6 +64,11 @@ class Drawing:
         from_toolpath: list[int] = []
         trail: list[list[float]] = []
         for move, prints in zip(moves, printing, strict=True):
+            if move.kind == Kind.COMMAND and moves_unseen(move.text):
+                if len(trail) > 1 and toolpaths:
+                    travels.append(np.array(trail))
+                    from_toolpath.append(len(toolpaths))
+                trail = [] if np.isnan([move.x_mm, move.y_mm]).any() else [[move.x_mm, move.y_mm]]
             if move.kind not in (Kind.TRAVEL, Kind.EXTRUDE):
                 continue
             here = [move.x_mm, move.y_mm]
@@ -75,6 +81,16 @@ class Drawing:
             elif not np.isnan(here).any():
                 trail.append(here)
         return cls(np.array(toolpaths, np.float64).reshape(-1, 2, 2), travels, from_toolpath)
+
+
+def not_drawn(moves: list[Move], profile: Profile) -> list[Move]:
+    """What moves between the first and the last extrusion in a way that is not followed, and leaves a gap."""
+    _, printing = check_feeding(moves, profile)
+    laid = np.flatnonzero(printing)
+    if len(laid) == 0:
+        return []
+    inside = moves[int(laid[0]) : int(laid[-1])]
+    return [move for move in inside if move.kind != Kind.COMMENT and move.text and moves_unseen(move.text)]
 
 
 def draw_grid(grid: Grid, *, show: Literal["tilts", "toolpaths"] = "tilts") -> Figure:

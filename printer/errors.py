@@ -14,6 +14,10 @@ class ProtocolError(PrinterError):
     """A program that no Marlin can be sent: a line that is too long or that would change the numbering."""
 
 
+class OptionError(PrinterError):
+    """An option of the emulated printer that does not exist, or a value that it cannot have."""
+
+
 class PortError(PrinterError):
     """A port that cannot be opened, or that another program holds."""
 

@@ -16,6 +16,7 @@ WRONG_INPUT = {
     "CrossingError",
     "SequenceError",
     "ProtocolError",
+    "OptionError",
 }
 OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice"}
 

@@ -36,6 +36,9 @@ def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
     if known is None or restart:
         return None if known is None else "restart"
     what = f"{program_file.name}: {known}, and what it printed may stand in the printer."
+    if (changed := _changed_since(program_file, journal)) is not None:
+        _ask_of_changed(f"{what} {changed}", journal)
+        return "restart"
     if not on_terminal():
         raise click.UsageError(
             f"{what} Give --resume to go on with it, or, when the plate is clear, --restart to begin anew "
@@ -52,6 +55,43 @@ def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
         say("Nothing was sent.")
         raise click.Abort
     return "resume" if answer == "resume" else "restart"
+
+
+def _changed_since(program_file: Path, journal: Path) -> str | None:
+    """Why the interrupted job cannot go on: its program is another now. None if that is not so."""
+    from dialect.source import load
+    from printer import JournalError
+    from printer.journal import unfinished
+
+    try:
+        entry = unfinished(journal)
+    except JournalError:
+        return None  # then it is not known what was sent
+    now = load(program_file).sha256
+    if entry is None or entry.job.sha256 == now:
+        return None
+    return (
+        f"It cannot go on, since the file was changed after the job began: its sha256 is {now[:16]}.. now "
+        f"and {entry.job.sha256[:16]}.. in the journal."
+    )
+
+
+def _ask_of_changed(what: str, journal: Path) -> None:
+    if not on_terminal():
+        raise click.UsageError(
+            f"{what} Put the old file back to go on with --resume, or, when the plate is clear, give "
+            f"--restart to begin anew (the journal, {journal}, is kept aside then). Nothing was sent."
+        )
+    click.echo(what, err=True)
+    answer = click.prompt(
+        "Begin anew on a clear plate, or stop?",
+        type=click.Choice(["restart", "stop"]),
+        default="stop",
+        err=True,
+    )
+    if answer == "stop":
+        say("Nothing was sent.")
+        raise click.Abort
 
 
 def ask_of_port(port: str, journal: Path) -> None:

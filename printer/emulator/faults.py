@@ -4,7 +4,7 @@ import random
 import re
 from dataclasses import dataclass, field
 
-from printer.errors import PrinterError
+from printer.errors import OptionError
 
 KINDS = (
     "resend",  # a good line is refused as if damaged
@@ -17,6 +17,7 @@ KINDS = (
     "garbage",  # bytes that are no text
     "long-busy",  # this line takes twenty seconds, with busy messages
 )
+LAST_LINE = 1_000_000_000
 SCRIPTED = re.compile(r"(?P<kind>[a-z-]+)@(?P<line>\d+)(?:x(?P<times>\d+))?$")
 
 
@@ -49,14 +50,17 @@ class Faults:
         """Add a scripted fault such as ``kill@100``.
 
         Raises:
-            PrinterError: if the text is not of the form KIND@LINE or KIND@LINExTIMES.
+            OptionError: if the text is not of the form KIND@LINE or KIND@LINExTIMES.
         """
         match = SCRIPTED.match(text)
         if not match or match["kind"] not in KINDS:
-            raise PrinterError(
-                f"fault {text!r}: write KIND@LINE or KIND@LINExTIMES, with KIND one of {KINDS}."
+            raise OptionError(
+                f"fault {text!r}: write KIND@LINE or KIND@LINExTIMES, with KIND one of {', '.join(KINDS)}."
             )
-        self.scripted.setdefault(int(match["line"]), []).append((match["kind"], int(match["times"] or 1)))
+        line, times = int(match["line"]), int(match["times"] or 1)
+        if not (1 <= line <= LAST_LINE and 1 <= times <= LAST_LINE):
+            raise OptionError(f"fault {text!r}: line and times must lie between 1 and {LAST_LINE}.")
+        self.scripted.setdefault(line, []).append((match["kind"], times))
 
     def at_line(self, line: int) -> str | None:
         """The kind of the fault that strikes when ``line`` arrives; its count goes down by one."""

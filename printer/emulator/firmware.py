@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from printer.emulator.build import Options
 from printer.emulator.lines import kept
 from printer.emulator.machine import Machine
+from printer.emulator.odd import Wording
 from printer.emulator.planner import Path
 from printer.protocol import MAX_LINE, checksum
 
@@ -34,6 +35,7 @@ class Firmware:
 
     def __init__(self, options: Options | None = None) -> None:
         self.options = options or Options()
+        self._wording = Wording(self.options.odd)
         self.path = Path(self.options.keep_path)
         self.machine = Machine(
             self.say, self.path, self.options.blocks, self.options.homing_s, self.options.motion
@@ -64,6 +66,8 @@ class Firmware:
         self.last_number = 0
         self.halted = False
         self.machine.power_on()
+        if "silent" in self.options.odd:
+            self.machine.keepalive_s = 0.0
         for text in BOOT:
             self.say(text)
 
@@ -110,9 +114,10 @@ class Firmware:
 
     def say(self, text: str) -> None:
         """Send a line to the host."""
-        data = self.options.faults.to_host(text.encode() + b"\n")
-        if data:
-            self._output.append((self.now + self.options.delay_s, data))
+        for line in self._wording.lines(text):
+            data = self.options.faults.to_host(line)
+            if data:
+                self._output.append((self.now + self.options.delay_s, data))
 
     @property
     def idle(self) -> bool:

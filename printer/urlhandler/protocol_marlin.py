@@ -3,7 +3,8 @@
 ``marlin://?clock=fast&seed=3&corrupt=3e-4&fault=resend@20`` opens a printer of its own;
 ``marlin://NAME?..`` names one, which stays switched on when the port is closed, so that the next port of
 that name finds it as it was. Options are the fields of `printer.emulator.firmware.Options` and of
-`printer.emulator.faults.Faults`, ``fault=KIND@LINE`` (repeatable) and ``clock``:
+`printer.emulator.faults.Faults`, ``fault=KIND@LINE``, ``odd=WAY`` (both repeatable,
+``odd`` of `printer.emulator.odd.ODD`) and ``clock``:
 
 real   time passes as outside
 fast   whenever the host waits, the time jumps to what happens next; `Serial.clock` tells it
@@ -20,7 +21,8 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 from printer.emulator.build import Options
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
-from printer.errors import PrinterError
+from printer.emulator.odd import ODD
+from printer.errors import OptionError
 
 LIMITS: dict[str, tuple[float, float]] = {
     "seed": (0, 2**64 - 1),
@@ -33,6 +35,11 @@ LIMITS: dict[str, tuple[float, float]] = {
 }
 """Least and greatest value of an option that is a number; all others are probabilities."""
 
+PAIRS = (("corrupt", "drop"), ("reply_corrupt", "reply_drop"), ("ok_drop", "ok_duplicate"))
+"""Probabilities that exclude each other: together they are one at most."""
+
+TRUTH = {"0": False, "1": True, "false": False, "true": True}
+
 POWERED: dict[str, Firmware] = {}
 """The named printers that are switched on in this process."""
 
@@ -41,22 +48,34 @@ def printer_from_url(url: str) -> tuple[Firmware, str]:
     """The printer that a URL describes, and its clock: "real" or "fast".
 
     Raises:
-        PrinterError: for an option that does not exist or a value that it cannot have.
+        OptionError: for an option that does not exist or a value that it cannot have.
     """
     parts = urlsplit(url)
+    if parts.fragment:
+        raise OptionError(f"{url}: '#{parts.fragment}' is no option. See 'vslice emulate --help'.")
     options, faults, clock = Options(), Faults(), "real"
     given: dict[str, Any] = {}
+    odd: set[str] = set()
     for key, value in parse_qsl(parts.query):
         if key == "clock" and value in ("real", "fast"):
             clock = value
         elif key == "fault":
             faults.script(value)
+        elif key == "odd":
+            if value not in ODD:
+                raise OptionError(f"marlin://: odd={value[:40]!r} must be one of {', '.join(ODD)}.")
+            odd.add(value)
+        elif key in given:
+            raise OptionError(f"marlin://: {key} is given twice.")
         else:
             given[key] = value
     faults = _filled(faults, given)
-    options = dataclasses.replace(_filled(options, given), faults=faults)
+    options = dataclasses.replace(_filled(options, given), faults=faults, odd=frozenset(odd))
+    for one, other in PAIRS:
+        if (both := getattr(faults, one) + getattr(faults, other)) > 1:
+            raise OptionError(f"marlin://: {one} and {other} come to {both:g}; together they may be 1.")
     if given:
-        raise PrinterError(f"{url}: unknown option {', '.join(given)}. See 'vslice emulate --help'.")
+        raise OptionError(f"{url}: unknown option {', '.join(given)}. See 'vslice emulate --help'.")
     name = parts.netloc
     if name and name in POWERED:
         return POWERED[name], clock
@@ -73,17 +92,20 @@ def _filled(record: Any, given: dict[str, str]) -> Any:
         current = getattr(record, field.name)
         if field.name in given and isinstance(current, int | float):
             text = given.pop(field.name)
+            kind = type(current).__name__
             try:
-                values[field.name] = (
-                    text not in ("0", "false") if isinstance(current, bool) else type(current)(text)
-                )
-            except ValueError as error:
-                raise PrinterError(
-                    f"marlin://: {field.name}={text[:40]!r} is no {type(current).__name__}."
-                ) from error
+                if isinstance(current, bool):
+                    values[field.name] = TRUTH[text]
+                elif "_" in text:  # Python would read it as a number
+                    raise ValueError
+                else:
+                    values[field.name] = type(current)(text)
+            except (ValueError, KeyError) as error:
+                wanted = {"bool": "0 or 1", "int": "a whole number", "float": "a number"}[kind]
+                raise OptionError(f"marlin://: {field.name}={text[:40]!r} must be {wanted}.") from error
             low, high = LIMITS.get(field.name, (0, 1))
             if not low <= values[field.name] <= high:  # no comparison holds for NaN
-                raise PrinterError(
+                raise OptionError(
                     f"marlin://: {field.name}={text[:40]} must lie between {low} and {high:.20g}."
                 )
     return dataclasses.replace(record, **values)
@@ -113,7 +135,7 @@ class Serial(SerialBase):
             raise SerialException("Port is already open.")
         try:
             firmware, clock = printer_from_url(self.portstr or "marlin://")
-        except PrinterError as error:
+        except OptionError as error:
             raise SerialException(str(error)) from error
         if self._given is None:
             self.firmware, self._fast = firmware, clock == "fast"

@@ -64,3 +64,21 @@ def test_an_svg_keeps_its_text():
 def test_a_thumbnail_has_exactly_the_size_asked_for():
     png = preview.thumbnail(make_plan(SHEET)[0], (120, 90))
     assert struct.unpack(">II", png[16:24]) == (120, 90)
+
+
+@pytest.mark.parametrize(
+    "command", ["G2 X14 Z3 I1 K1", "G3 X14 Z3 R4", "G5 X14 Z3", "G28", "G27", "MY_MACRO A=1"]
+)
+def test_what_is_not_followed_is_named_and_no_straight_line_is_drawn_for_it(command):
+    loaded = profiles.load("marlin-generic")
+    lines = make_lines(SHEET)
+    k = [k for k, line in enumerate(lines) if line.startswith(";TOOLPATH")][2]
+    moves = read_lines([*lines[:k], command, *lines[k:]])
+    assert [(move.line, move.text) for move in preview.not_drawn(moves, loaded)] == [(k + 1, command)]
+    assert preview.not_drawn(read_lines(lines), loaded) == []
+    drawing = preview.Drawing.of_moves(moves, loaded)
+    if command.startswith(("G2 ", "G3 ", "G5 ")):
+        starts = [tuple(travel[0]) for travel in drawing.travels]
+        assert (14.0, 3.0) in starts
+        whole = preview.Drawing.of_moves(read_lines(lines), loaded)
+        assert len(drawing.toolpaths) == len(whole.toolpaths)

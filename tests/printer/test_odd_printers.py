@@ -6,6 +6,7 @@ from pump import Bench
 from printer.emulator.build import Options
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
+from printer.emulator.odd import ODD as ODD_WAYS
 from printer.report import State
 from printer.settings import Settings
 
@@ -210,3 +211,44 @@ def test_a_printer_that_asks_for_an_old_line_ends_the_job_with_nothing_printed_t
     assert "asks for line 20, although it has taken" in bench.sender.message
     done = of_program(bench.firmware.executed)
     assert done == PROGRAM[: len(done)]
+
+
+# --- the same printers as options of the emulator ------------------------------------------------------
+
+
+@pytest.mark.parametrize("way", ODD_WAYS)
+def test_every_odd_printer_of_the_emulator_is_served(way):
+    faults = Faults()
+    for number in DAMAGED:
+        faults.script(f"resend@{number}")
+    firmware = Firmware(Options(faults=faults, odd=frozenset({way})))
+    program = [*PROGRAM[:20], "M109 S60", *PROGRAM[20:]]
+    bench = Bench(program, firmware=firmware)
+    state = bench.run()
+    bench.settle()
+    assert state is State.FINISHED, bench.sender.message
+    plain = Bench(program)
+    plain.run()
+    plain.settle()
+    assert firmware.path.count == plain.firmware.path.count
+    assert firmware.path.material == plain.firmware.path.material
+
+
+def test_an_odd_printer_says_what_its_way_says():
+    def said(way, *commands):
+        firmware = Firmware(Options(odd=frozenset({way})))
+        firmware.read()
+        for command in commands:
+            firmware.receive(command.encode() + b"\n")
+            firmware.advance(firmware.now + 8)
+        return firmware.read()
+
+    assert said("cr", "M110") == b"ok\r"
+    assert said("cr-lf", "M110") == b"ok\r\n"
+    assert said("lf-cr", "M110") == b"ok\n\r"
+    assert said("capital-ok", "M110") == b"OK\n"
+    assert said("temperatures-behind-ok", "M110") == b"ok T:200.0 /200.0 B:60.0 /60.0 @:0\n"
+    assert said("no-ok-behind-resend", "N5 M105*1").endswith(b"Resend: 1\n")
+    assert said("no-sensors", "M105") == b"Error:No thermistors - no temperature\nok\n"
+    assert said("silent", "G4 S6") == b"ok\n"
+    assert b"\nT:" in said("temperatures-while-heating", "M105", "M109 S90")

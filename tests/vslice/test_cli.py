@@ -209,6 +209,11 @@ MISTAKES = [
     (["check", "bad.json"], 2, "bad.json: line 1: '?' is no G-code command"),
     (["preview", "sheet.json", "-o", "sheet.bmp"], 2, "a picture must end in .png, .svg or .pdf, not '.bmp'"),
     (["preview", "missing.json"], 2, "missing.json: there is no such file"),
+    (["check", "void.gcode"], 2, "is empty: there is no program in it"),
+    (["check", "/dev/null"], 2, "is empty: there is no program in it"),
+    (["preview", "void.gcode"], 2, "is empty: there is no program in it"),
+    (["send", "void.gcode", "--dry-run", "--no-check"], 2, "is empty: there is no program in it"),
+    (["check", "nothing.gcode"], 1, ""),
     (["preview", "nothing.gcode"], 1, "nothing is extruded in it"),
     (["generate", "--cols", "0"], 2, "0 is not in the range 1<=x<=10000"),
     (["generate", "--deviation-deg", "inf"], 2, "inf is not in the range 0<=x<=180"),
@@ -226,6 +231,7 @@ def test_every_mistake_ends_with_its_code_and_a_sentence(run, tmp_path, words, e
     Path("sheet.json").write_text(ONE_TILE)
     Path("bad.json").write_text("?")
     Path("nothing.gcode").write_text("; nothing\n")
+    Path("void.gcode").write_text("\n \n")
     Path("empty.json").write_text('{"tile_mm": 1, "spacing_mm": 0.1, "angles_deg": [[null]]}')
     Path("lab.toml").write_text("[machine]\n")
     Path("lab.png").write_text("[machine]\n")
@@ -319,6 +325,55 @@ def test_check_and_preview_know_the_machine_from_the_program_itself(run):
     assert "was made for marlin-pneumatic; marlin-generic is used, which differs" in err
     assert '\n  machine.plane: "YZ" in the program, "XZ" given\n' in err
     assert "made from another grid file" in err
+
+
+@pytest.mark.parametrize("command", ["G2 X14 Z3 I1 K1", "G28 X", "G27", "MY_MACRO A=1"])
+def test_preview_says_what_it_does_not_draw(run, command):
+    Path("sheet.json").write_text(ONE_TILE)
+    run("-q", "sheet.json", "-o", "part.gcode")
+    _, _, err = run("preview", "part.gcode")
+    assert "not drawn" not in err
+    lines = Path("part.gcode").read_text().split("\n")
+    k = lines.index(";TOOLPATH 3")
+    Path("part.gcode").write_text("\n".join([*lines[:k], command, *lines[k:]]))
+    code, _, err = run("preview", "part.gcode")
+    assert (code, f"not drawn, since these are not followed here:\n  line {k + 1}: {command}\n" in err) == (
+        0,
+        True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ("corrupt=nan", "corrupt=nan must lie between 0 and 1"),
+        ("corrupt=-1", "must lie between 0 and 1"),
+        ("drop=inf", "must lie between 0 and 1"),
+        ("slots=0", "slots=0 must lie between 1 and 10000"),
+        ("slots=1.5", "must be a whole number"),
+        ("slots=1_000", "must be a whole number"),
+        ("delay_s=1e9", "must lie between 0 and 3600"),
+        ("advanced_ok=maybe", "must be 0 or 1"),
+        ("fault=reset@0", "must lie between 1 and 1000000000"),
+        ("fault=reset@99999999999999", "must lie between 1 and 1000000000"),
+        ("fault=reset@5x0", "must lie between 1 and 1000000000"),
+        ("fault=bogus@3", "write KIND@LINE"),
+        ("odd=bogus", "must be one of cr, cr-lf"),
+        ("corrupt=1e-3#x", "is no option"),
+        ("clock=fast", "see --fast"),
+        ("foo=1", "unknown option foo"),
+    ],
+)
+def test_a_fault_with_no_sense_is_wrong_use_of_emulate(run, option, words):
+    code, _, err = run("emulate", "--faults", option)
+    assert (code, words in err) == (2, True), err
+
+
+def test_faults_that_exclude_each_other_come_to_one_at_most(run):
+    code, _, err = run("emulate", "--faults", "corrupt=0.6", "--faults", "drop=0.6")
+    assert (code, "come to 1.2" in err) == (2, True)
+    code, _, err = run("emulate", "--faults", "corrupt=0.6", "--faults", "corrupt=0.1")
+    assert (code, "given twice" in err) == (2, True)
 
 
 @pytest.mark.parametrize("name", ["grid.png", "grid.svg", "grid.pdf"])

@@ -165,7 +165,7 @@ def test_a_program_that_the_check_refuses_is_not_sent(run, part):
         (["send", "part.gcode", "--no-check", "-p", "no-such"], 2, "no-such"),
         (["send", "part.gcode", "--resume"], 1, "there is no journal"),
         (["send", "--resume"], 2, "Interrupted jobs in this folder: none"),
-        (["emulate", "--faults", "fault=fire@3"], 1, "KIND@LINE"),
+        (["emulate", "--faults", "fault=fire@3"], 2, "KIND@LINE"),
     ],
     ids=str,
 )
@@ -394,6 +394,23 @@ def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer,
     assert "begin anew on a clear plate, or stop" in err
     if answer == "resume":  # a printer that is new: its height is unknown
         assert "--height" in err
+    assert (broken.read_bytes() == before) == (answer != "restart")
+
+
+@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("resume", 130), ("restart", 0)])
+def test_a_program_that_was_changed_is_not_offered_to_go_on(run, part, broken, monkeypatch, answer, code):
+    before = broken.read_bytes()
+    part.write_text(part.read_text() + "\nM117 another\n")
+    ended, _, err = run("send", part, *ANEW)
+    assert ended == 2
+    assert "It cannot go on, since the file was changed" in err
+    assert "Put the old file back" in err
+    monkeypatch.setattr("vslice.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("sys.stdin", io.StringIO(answer + "\n"))
+    ended, _, err = run("send", part, *ANEW)
+    assert ended == code, err
+    assert "(restart, stop)" in err
+    assert "Go on with it" not in err
     assert (broken.read_bytes() == before) == (answer != "restart")
 
 

@@ -15,7 +15,8 @@ from vslice.session import common, say
     help="An option of marlin://, repeatable: seed=N; corrupt, drop, reply_corrupt, reply_drop (a byte), "
     "ok_drop, ok_duplicate (an ok); fault=KIND@LINE with KIND resend, resend-of-unknown-line, reset, "
     "kill, silence, pause, disconnect, garbage or long-busy; slots, rx, blocks, command_s, delay_s, "
-    "advanced_ok=1, emergency_parser=1.",
+    "advanced_ok=1, emergency_parser=1; odd=WAY, answers in other words: cr, cr-lf, lf-cr (line ends), "
+    "capital-ok, temperatures-behind-ok, no-ok-behind-resend, no-sensors, silent, temperatures-while-heating.",
 )  # fmt: skip
 @click.option("--fast", is_flag=True, help="Let the printer's time fly: moves take no time.")
 @click.option("--link", type=click.Path(path_type=Path), help="Also make a symbolic link to the port.")
@@ -30,6 +31,8 @@ def command(options: tuple[str, ...], fast: bool, link: Path | None) -> None:
             "Pseudo-terminals exist on Linux and macOS only; here use --port marlin://"
         )
     for option in options:
+        if option.startswith("clock="):
+            raise click.UsageError("--faults clock=.. has no effect here; see --fast.")
         if not all(option.partition("=")) or "&" in option:
             raise click.UsageError(f"--faults {option!r} is no KEY=VALUE.")
     if link is not None and link.exists() and not (link.is_symlink() and link.is_char_device()):

@@ -2,12 +2,18 @@
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from vslice import output
 from vslice.options import no_effect, not_onto_input, not_onto_profile, picture_format, program_profile_option
 from vslice.session import common, say
+
+if TYPE_CHECKING:
+    from gcode.moves import Move
+
+MOST = 5  # gaps that are shown one by one
 
 
 @click.command("preview", epilog="Example: vslice preview part.gcode -o part.png --color order")
@@ -76,11 +82,21 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
             raise click.ClickException(
                 f"{file}: nothing is extruded in it. Is the profile (-p) the right one?"
             )
+        _say_gaps(preview.not_drawn(moves, profile))
         figure = preview.draw_sequence(
             drawing, color="order" if color == "order" else "kind", axes=profile.machine.plane
         )
     output.write(target, [preview.picture(figure, file_format, dpi=dpi)])
     say(f"picture written to {target}")
+
+
+def _say_gaps(gaps: "list[Move]") -> None:
+    """A picture with a gap must not pass for the whole print."""
+    if not gaps:
+        return
+    shown = "".join(f"\n  line {move.line}: {move.text}" for move in gaps[:MOST])
+    more = f"\n  and {len(gaps) - MOST} more" if len(gaps) > MOST else ""
+    say(f"Warning: not drawn, since these are not followed here:{shown}{more}")
 
 
 def _is_grid(file: Path) -> bool:
