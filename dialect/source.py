@@ -59,6 +59,8 @@ def load_stream(stream: BinaryIO, name: str) -> Source:
         data += chunk
         if len(data) > MAX_BYTES:
             raise ReadError(f"{name}: has more than {MAX_BYTES // 2**20} MB, which is no program of a sheet")
+    if not data.removeprefix(b"\xef\xbb\xbf").strip():
+        raise ReadError(f"{name}: is empty: there is no program in it")
     return from_bytes(bytes(data), name)
 
 
@@ -74,8 +76,6 @@ def from_bytes(data: bytes, name: str) -> Source:
     if plain.count(b"\n") > MAX_LINES:
         raise ReadError(f"{name}: has more than {MAX_LINES} lines, which is no program of a sheet")
     text = plain.decode("utf-8-sig", errors="surrogateescape")
-    if not text.strip():
-        raise ReadError(f"{name}: is empty: there is no program in it")
     if text.lstrip()[:1] == "{":
         raise ReadError(f"{name}: is JSON, perhaps a grid, and no G-code")
     lines = text.split("\n")  # splitlines() would also split at what is no line end in a program
