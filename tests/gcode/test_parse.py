@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -131,3 +132,17 @@ def test_any_text_gives_moves_or_a_parse_error(lines):
         assert str(error).startswith("line ")
     else:
         assert all(1 <= move.line <= len(lines) for move in moves)
+
+
+def test_a_speed_that_no_printer_takes_changes_nothing_and_is_shown():
+    moves = list(read_lines(["G92 X0 Z0", "G1 X1 F600", "G1 X2 F0", "G1 X3 F-60", "G1 X4"]))
+    travels = [move for move in moves if move.kind == Kind.TRAVEL]
+    assert [move.speed_mm_s for move in travels] == [10, 10, 10, 10]
+    assert [move.text for move in travels] == ["", "G1 X2 F0", "G1 X3 F-60", ""]
+
+
+def test_what_moves_in_a_way_of_its_own_leaves_no_known_place_and_a_curve_its_end():
+    start = ["G92 X0 Y0 Z0", "G1 X1 Y1 Z1 F600"]
+    for command in ("G27", "G30", "G61", "M600", "G12", "G38.2 Z-5"):
+        assert all(np.isnan(list(read_lines([*start, command]))[-1][1:4])), command
+    assert list(read_lines([*start, "G2 X5 Z3 I2", "G1 X6"]))[-1][1:4] == (6, 3, 1)

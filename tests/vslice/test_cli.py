@@ -213,7 +213,6 @@ MISTAKES = [
     (["check", "/dev/null"], 2, "is empty: there is no program in it"),
     (["preview", "void.gcode"], 2, "is empty: there is no program in it"),
     (["send", "void.gcode", "--dry-run", "--no-check"], 2, "is empty: there is no program in it"),
-    (["check", "nothing.gcode"], 1, ""),
     (["preview", "nothing.gcode"], 1, "nothing is extruded in it"),
     (["generate", "--cols", "0"], 2, "0 is not in the range 1<=x<=10000"),
     (["generate", "--deviation-deg", "inf"], 2, "inf is not in the range 0<=x<=180"),
