@@ -78,8 +78,11 @@ def hill_climb(
     nozzle's strip until the strips are farther away than the best endpoint seen.
     """
     n = len(segments)
-    left = segments[:, :, 0].min()
-    width = segments[:, :, 0].max() - left
+    left = right = segments[0, 0, 0]
+    for s in range(n):
+        left = min(left, segments[s, 0, 0], segments[s, 1, 0])
+        right = max(right, segments[s, 0, 0], segments[s, 1, 0])
+    width = right - left
     strips = max(1, int(4 * np.sqrt(n)))
     scale = strips / width if width > 0 else 0.0
     head = np.full(strips, NONE, np.int32)  # doubly linked lists of oriented toolpaths by strip of entry

@@ -8,7 +8,7 @@ from slicer.sequence.problem.problem import REACH_MM, Problem
 from slicer.sequence.problem.random_numbers import Draws, draw, scrambled
 from slicer.sequence.problem.result import Result
 from slicer.sequence.problem.search import EFFORTS, Method, Outcome, Progress, Search
-from slicer.sequence.problem.sequence_cost import skyline_cost, true_cost
+from slicer.sequence.problem.sequence_cost import skyline_cost, string_cost, true_cost
 from slicer.sequence.problem.travel_cost import (
     FORBIDDEN,
     arc_cost,
@@ -45,6 +45,7 @@ __all__ = [
     "scrambled",
     "skyline_cost",
     "start_of",
+    "string_cost",
     "true_cost",
     "whole_number",
 ]

@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import bare_kernel, inner_kernel
 
 INCREMENT = np.uint64(0x9E3779B97F4A7C15)
 
@@ -37,13 +37,13 @@ def draw(state: NDArray[np.uint64]) -> float:
     return float(_mixed(state[0]) >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
-@bare_kernel
+@inner_kernel
 def scrambled(number: int) -> np.uint64:
     """A well mixed 64-bit number."""
     return _mixed(np.uint64(number) * INCREMENT)
 
 
-@bare_kernel
+@inner_kernel
 def _mixed(z: np.uint64) -> np.uint64:
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
