@@ -17,7 +17,8 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile ``function`` to machine code on its first call and keep the result on disk.
 
     The types survive the decorator, so that ``mypy --strict`` checks the callers of a kernel. Where the
-    machine code is kept, and when it is used again, says ``slicer.machine_code``.
+    machine code is kept, and when it is used again, says ``slicer.machine_code``. A division by zero gives
+    infinity or no number, as numpy's does, and no exception.
     """
     return _compiled(function)
 
@@ -31,6 +32,14 @@ def bare_kernel(function: Callable[P, R]) -> Callable[P, R]:
     return _compiled(function, _nrt=False)
 
 
+def inner_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """A ``bare_kernel`` that kernels alone call: Python cannot, and so nothing is compiled for it to do so.
+
+    What takes its arguments from Python objects is a fifth of all that is compiled.
+    """
+    return _compiled(function, _nrt=False, no_cpython_wrapper=True)
+
+
 def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
     njit = cast(Callable[..., Callable[[Callable[P, R]], Callable[P, R]]], numba.njit)
     # Numba asks for the locator while it decorates; other users of numba in the process keep theirs.
@@ -38,11 +47,33 @@ def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
     before = config.CACHE_LOCATOR_CLASSES
     config.CACHE_LOCATOR_CLASSES = f"{machine_code.__name__}.{machine_code.ByContent.__name__}"
     try:
-        compiled = njit(cache=True, **flags)(function)
+        compiled = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, **flags)(function)
     finally:
         config.CACHE_LOCATOR_CLASSES = before
     _name_apart(compiled)
+    _compile_once(compiled)
     return compiled
+
+
+def _compile_once(compiled: Any) -> None:
+    """Let kernels that call this one share its machine code, whatever the types of whole numbers they have.
+
+    Numba types a constant apart from a number, and compiles a callee anew for each mixture of constants,
+    int32 and int64: the same instructions over and over. LLVM still puts constants in where it inlines.
+    """
+    call_template = compiled.get_call_template
+    compiled.get_call_template = lambda args, kws: call_template(
+        tuple(widest(kind) for kind in args), {name: widest(kind) for name, kind in kws.items()}
+    )
+
+
+def widest(kind: Any) -> Any:
+    """The numba type that stands for this one in a call: no constants, one width of signed whole numbers."""
+    types = cast(Any, numba.types)
+    plain = types.unliteral(kind)
+    if isinstance(plain, types.BaseAnonymousTuple):
+        return types.BaseTuple.from_types(tuple(widest(part) for part in plain))
+    return types.int64 if plain in (types.int8, types.int16, types.int32) else plain
 
 
 def _name_apart(compiled: Any) -> None:

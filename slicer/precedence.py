@@ -41,7 +41,8 @@ def covering_edges(segments: ArrayLike) -> NDArray[np.int32]:
     if len(lines) == 0:
         return np.empty((0, 2), np.int32)
     first, last = _ranks(lines[:, 0, 0], lines[:, 1, 0])
-    edges, low, high = sweep(lines, first, last, EPS_MM)
+    by_first, by_last = (np.argsort(rank, kind="stable") for rank in (first, last))
+    edges, low, high = sweep(lines, first, last, by_first, by_last, EPS_MM)
     if low != NONE:
         raise CrossingError((low, high), _describe_crossing(lines, low, high))
     return edges[np.lexsort((edges[:, 1], edges[:, 0]))]

@@ -11,10 +11,10 @@ more than looking at what a travel passes over.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
+from slicer.taut_string import EPS_MM, pass_over, push
 
 LEFT, RIGHT = 0, 1
-EPS_MM = 1e-9
 
 
 @kernel
@@ -29,7 +29,7 @@ def new_skyline(n: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     return piece, link
 
 
-@kernel
+@inner_kernel
 def seek(piece: NDArray[np.float64], link: NDArray[np.int32], cursor: int, x: float) -> int:
     """The last piece that begins left of ``x``, found by walking from ``cursor``."""
     while piece[cursor, 0] >= x - EPS_MM:
@@ -39,13 +39,13 @@ def seek(piece: NDArray[np.float64], link: NDArray[np.int32], cursor: int, x: fl
     return cursor
 
 
-@kernel
+@inner_kernel
 def _height(piece: NDArray[np.float64], c: int, x: float) -> float:
     part = (x - piece[c, 0]) / (piece[c, 2] - piece[c, 0])
     return float(piece[c, 1] + part * (piece[c, 3] - piece[c, 1]))
 
 
-@kernel
+@inner_kernel
 def _insert_after(link: NDArray[np.int32], c: int, new: int) -> None:
     following = link[c, RIGHT]
     link[new, LEFT], link[new, RIGHT] = c, following
@@ -53,7 +53,13 @@ def _insert_after(link: NDArray[np.int32], c: int, new: int) -> None:
     link[following, LEFT] = new
 
 
-@kernel
+@inner_kernel
+def _put(piece: NDArray[np.float64], c: int, xl: float, yl: float, xr: float, yr: float) -> None:
+    """Write a piece number by number: a row assigned at once takes numba three seconds to compile."""
+    piece[c, 0], piece[c, 1], piece[c, 2], piece[c, 3] = xl, yl, xr, yr
+
+
+@inner_kernel
 def lay(
     piece: NDArray[np.float64],
     link: NDArray[np.int32],
@@ -80,7 +86,7 @@ def lay(
         if piece[c, 2] > xr + EPS_MM:  # and over the right end: its rest stays there
             rest = used
             used += 1
-            piece[rest] = xr, _height(piece, c, xr), piece[c, 2], piece[c, 3]
+            _put(piece, rest, xr, _height(piece, c, xr), piece[c, 2], piece[c, 3])
             _insert_after(link, c, rest)
         piece[c, 3] = _height(piece, c, xl)
         piece[c, 2] = xl
@@ -105,14 +111,14 @@ def lay(
         piece[covered, 0] = xr
     if upright:
         top = max(segment[0, 1], segment[1, 1])
-        piece[new] = xl, top, xl, top
+        _put(piece, new, xl, top, xl, top)
     else:
-        piece[new] = xl, segment[first, 1], xr, segment[second, 1]
+        _put(piece, new, xl, segment[first, 1], xr, segment[second, 1])
     _insert_after(link, c, new)
     return new, used
 
 
-@kernel
+@inner_kernel
 def overpass(
     piece: NDArray[np.float64],
     link: NDArray[np.int32],
@@ -124,7 +130,7 @@ def overpass(
     """The taut string over the skyline between two points, if the straight line would go through it.
 
     The line is blocked where it passes below the skyline strictly inside its x-range. Then the string
-    is the upper convex hull of start, skyline and end (Andrew's monotone chain).
+    is the upper convex hull of start, skyline and end, see ``taut_string``.
 
     Args:
         start, end: float64 (2,), xy in mm.
@@ -138,59 +144,25 @@ def overpass(
     low, high = (start, end) if onwards else (end, start)
     a, b = low[0], high[0]
     c = seek(piece, link, cursor, a)
-    at_low = c
+    at_low = at_high = c
     if b - a <= EPS_MM:
         return 0, c
-    slope = (high[1] - low[1]) / (b - a)
-    hull[0] = low
-    size = 1
-    blocked = False
+    line = (a, low[1], b, (high[1] - low[1]) / (b - a))
+    hull[0, 0], hull[0, 1] = a, low[1]
+    size, blocked = 1, False
     if c == LEFT:
         c = link[c, RIGHT]
-    at_high = at_low
-    while True:
-        done = piece[c, 0] >= b - EPS_MM
-        xl, xr = max(piece[c, 0], a), min(piece[c, 2], b)
-        for side in range(2):
-            if done:
-                if side == 1:
-                    break
-                x, y = b, high[1]
-            elif piece[c, 2] - piece[c, 0] <= EPS_MM:
-                if side == 1 or piece[c, 0] <= a + EPS_MM:
-                    continue
-                x, y = piece[c, 0], piece[c, 1]
-            else:
-                if xr - xl <= EPS_MM:
-                    continue
-                x = xl if side == 0 else xr
-                y = _height(piece, c, x)
-            if y > low[1] + slope * (x - a) + EPS_MM:
-                blocked = True
-            while size >= 2 or (size == 1 and x - hull[0, 0] <= EPS_MM):
-                top = size - 1
-                if x - hull[top, 0] <= EPS_MM:  # of one x, the higher counts
-                    if hull[top, 1] >= y:
-                        break
-                    size -= 1
-                    continue
-                turn = (hull[top, 0] - hull[top - 1, 0]) * (y - hull[top - 1, 1]) - (
-                    hull[top, 1] - hull[top - 1, 1]
-                ) * (x - hull[top - 1, 0])
-                if turn < 0:
-                    break
-                size -= 1
-            if size == 0 or x - hull[size - 1, 0] > EPS_MM:
-                hull[size] = x, y
-                size += 1
-        if done:
-            break
+    while piece[c, 0] < b - EPS_MM:
+        size, hit = pass_over(hull, size, piece, c, line)
+        blocked |= hit
         at_high = c
         c = link[c, RIGHT]
+    cursor = at_high if onwards else at_low
     if not blocked:
-        return 0, at_high if onwards else at_low
+        return 0, cursor
+    size = push(hull, size, b, high[1])
     if not onwards:
         for k in range(size // 2):
             for axis in range(2):
                 hull[k, axis], hull[size - 1 - k, axis] = hull[size - 1 - k, axis], hull[k, axis]
-    return size, at_high if onwards else at_low
+    return size, cursor

@@ -8,7 +8,7 @@ node below it.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
 
 NONE = -1
 
@@ -18,7 +18,7 @@ HEALED = 1  # what stood between them has ended at this x
 FRESH = 2  # at least one of them begins at this x
 
 
-@kernel
+@inner_kernel
 def _height(lines: NDArray[np.float64], s: int, x: float) -> float:
     x0, y0, x1, y1 = lines[s, 0, 0], lines[s, 0, 1], lines[s, 1, 0], lines[s, 1, 1]
     return float(y0 + (y1 - y0) / (x1 - x0) * (x - x0))
@@ -34,7 +34,7 @@ def _cross(lines: NDArray[np.float64], low: int, high: int, eps: float) -> bool:
     return bool(at_left < -eps or at_right < -eps or (at_left <= eps and at_right <= eps))
 
 
-@kernel
+@inner_kernel
 def _rotate_up(c: int, left: NDArray[np.int32], right: NDArray[np.int32], parent: NDArray[np.int32]) -> None:
     p, g = parent[c], parent[parent[c]]
     if left[p] == c:
@@ -54,7 +54,7 @@ def _rotate_up(c: int, left: NDArray[np.int32], right: NDArray[np.int32], parent
         right[g] = c
 
 
-@kernel
+@inner_kernel
 def _remove(
     c: int,
     left: NDArray[np.int32],
@@ -79,7 +79,7 @@ def _remove(
     below[above[c]] = below[c]
 
 
-@kernel
+@inner_kernel
 def _insert(
     lines: NDArray[np.float64],
     c: int,
@@ -122,7 +122,7 @@ def _insert(
         _rotate_up(c, left, right, parent)
 
 
-@kernel
+@inner_kernel
 def _uprights_clash(
     lines: NDArray[np.float64], low: int, high: int, uprights: NDArray[np.bool_], eps: float
 ) -> bool:
@@ -135,13 +135,19 @@ def _uprights_clash(
 
 @kernel
 def sweep(
-    lines: NDArray[np.float64], first: NDArray[np.int32], last: NDArray[np.int32], eps: float
+    lines: NDArray[np.float64],
+    first: NDArray[np.int32],
+    last: NDArray[np.int32],
+    by_first: NDArray[np.int64],
+    by_last: NDArray[np.int64],
+    eps: float,
 ) -> tuple[NDArray[np.int32], int, int]:
     """Covering pairs of "is below" among segments that run from left to right.
 
     Args:
         lines: float64 (n, 2, 2), left end first; uprights lower end first.
         first, last: int32 (n,), the rank of the x at which each begins and ends; equal for uprights.
+        by_first, by_last: int64 (n,), what sorts those; a sort inside would take a second to compile.
         eps: heights that differ by no more touch, in mm.
 
     Returns:
@@ -167,8 +173,6 @@ def sweep(
     uprights = first == last
     pairs = np.empty((4 * n + 4, 2), np.int32)
     m = 0
-    by_first = np.argsort(first, kind="mergesort")
-    by_last = np.argsort(last, kind="mergesort")
     touched = np.empty(3 * n + 6, np.int32)
     i = j = 0
     while i < n or j < n:

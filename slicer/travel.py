@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SlicerError
 from slicer.kernels import kernel
-from slicer.skyline import EPS_MM, lay, new_skyline, overpass
+from slicer.skyline import lay, new_skyline, overpass
+from slicer.taut_string import EPS_MM
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,8 @@ def _routes(
         size, cursor = overpass(piece, link, cursor, start, end, hull)
         if count + size > len(via):
             wider = np.empty((2 * len(via) + size, 2))
-            wider[:count] = via[:count]
+            for t in range(count):
+                wider[t, 0], wider[t, 1] = via[t, 0], via[t, 1]
             via = wider
         here_x, here_y = start[0], start[1]
         for t in range(size):
@@ -99,7 +101,7 @@ def _routes(
             step = np.hypot(x - here_x, y - here_y)
             if step <= EPS_MM or np.hypot(x - end[0], y - end[1]) <= EPS_MM:
                 continue
-            via[count] = x, y
+            via[count, 0], via[count, 1] = x, y
             count += 1
             length += step
             here_x, here_y = x, y

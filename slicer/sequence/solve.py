@@ -2,26 +2,24 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SequenceError
-from slicer.sequence.construct import first_hill_climb, greedy, multistart
+from slicer.sequence.construct import greedy, multistart, start_greedily
 from slicer.sequence.layered import beam, exact
 from slicer.sequence.local_search import local
 from slicer.sequence.portfolio import CARRY_UP_TO, WINDOWS_UP_TO, auto, run_workers, search_by_surrogates
 from slicer.sequence.problem import (
     EFFORTS,
-    Found,
     Method,
     Objective,
     ObjectiveName,
-    Options,
     Problem,
     Progress,
     Result,
+    Search,
     directed,
     real_number,
     true_cost,
@@ -95,74 +93,81 @@ def solve(
         else Problem.build(segments, first=first, first_flipped=first_flipped)
     )
     given = None if initial is None else _given(problem, initial, goal)
-    options = Options(
+    search = Search(
+        problem,
+        objective=goal,
         effort=effort,
         seed=seed,
-        objective=goal,
         deadline=None if time_limit_s is None else begin + float(time_limit_s),
         initial=given,
         progress=progress,
     )
-    if workers > 1 and problem.n > 1:
-        found = run_workers(problem, _search, method, options, workers)
+    if problem.n == 0:
+        search.offer(np.empty(0, np.int32))
+    elif workers > 1 and problem.n > 1:
+        run_workers(search, _search, method, workers)
     else:
-        found = _search(problem, method, options)
-    order, flipped = (found.oriented >> 1).astype(np.int64), (found.oriented & 1).astype(np.bool_)
+        _search(search, method)
+    return _result(search, method, time.perf_counter() - begin)
+
+
+def _result(search: Search, method: str, runtime_s: float) -> Result:
+    """What the search has come to, once it is seen that it can be printed and contradicts no bound."""
+    problem, goal = search.problem, search.objective
+    order, flipped = (search.oriented >> 1).astype(np.int64), (search.oriented & 1).astype(np.bool_)
     refused = problem.refusal(order) if problem.n else None
     if refused is not None:
         raise AssertionError(f"method {method} returned an order that cannot be printed: {refused}")
     travel = problem.travel_mm(order, flipped)
-    bound = 0.0 if problem.n < 2 else found.lower_bound_mm
-    if bound is not None and bound > travel * (1 + RELATIVE_EPS):
-        raise AssertionError(
-            f"method {method} claims that no travel is below {bound} mm, but found {travel} mm"
-        )
+    bound = _known(search.lower_bound, search.cost, goal.unit, method)
+    straight = _known(search.straight_bound_mm, travel, "mm", method)
     return Result(
         order=order,
         flipped=flipped,
         travel_mm=travel,
-        lower_bound_mm=None if bound is None else min(bound, travel),
-        nodes_visited=found.nodes_visited,
-        states_created=found.states_created,
+        lower_bound_mm=0.0 if problem.n < 2 else straight,
+        nodes_visited=search.nodes_visited,
+        states_created=search.states_created,
         method=method,
-        seed=options.seed,
-        runtime_s=time.perf_counter() - begin,
+        seed=search.seed,
+        runtime_s=runtime_s,
         objective=goal.name,
-        cost=true_cost(problem, goal, found.oriented),
-        stopped=found.stopped,
+        unit=goal.unit,
+        cost=search.cost,
+        lower_bound=0.0 if problem.n < 2 else bound,
+        stopped=search.stopped,
     )
 
 
-def _search(problem: Problem, method: str, options: Options) -> Found:
-    """Run a method, see that nothing worse than ``options.initial`` comes back, and tell how it ended.
+def _known(bound: float, cost: float, unit: str, method: str) -> float | None:
+    """A bound that is no dearer than what was found; None where nothing is known."""
+    if bound > cost * (1 + RELATIVE_EPS):
+        raise AssertionError(f"method {method} claims that nothing is below {bound} {unit}, but found {cost}")
+    return min(bound, cost) if bound > 0.0 or cost == 0.0 else None
 
-    Ctrl-C before a method has anything gives the initial sequence, or one that greedy finds.
-    """
+
+def _search(search: Search, method: str) -> None:
+    """Run a method and tell how it ended; Ctrl-C ends it with the best so far, or with greedy's sequence."""
     try:
-        if options.objective.routed and problem.n > 1:
-            carrying = _carrying_skyline(method, problem.n, options.effort)
-            found = search_by_surrogates(
-                problem,
+        if search.objective.routed and search.problem.n > 1:
+            carrying = _carrying_skyline(method, search.problem.n, search.effort)
+            search_by_surrogates(
+                search,
                 METHODS[method],
                 None if carrying is None else METHODS[carrying],
-                options,
                 refined=method not in ("greedy", "multistart"),
-                windows=method == "auto" and carrying is None and problem.n <= WINDOWS_UP_TO,
+                windows=method == "auto" and carrying is None and search.problem.n <= WINDOWS_UP_TO,
             )
         else:
-            found = METHODS[method](problem, options)
+            METHODS[method](search)
     except KeyboardInterrupt:
-        start = options.initial
-        found = Found(first_hill_climb(problem, options) if start is None else start, stopped=True)
-    found = _at_least_initial(problem, found, options)
-    if options.progress is not None:
-        bound = None if options.objective.routed else found.lower_bound_mm
-        cost = true_cost(problem, options.objective, found.oriented)
-        try:
-            options.progress(Progress("end", cost, bound, found.oriented))
-        except KeyboardInterrupt:
-            return replace(found, stopped=True)
-    return found
+        search.stopped = True
+        if not search.started:
+            start_greedily(search)
+    try:
+        search.report("end")
+    except KeyboardInterrupt:
+        search.stopped = True
 
 
 def _carrying_skyline(method: str, n: int, effort: str) -> str | None:
@@ -172,22 +177,12 @@ def _carrying_skyline(method: str, n: int, effort: str) -> str | None:
     return "exact" if method == "auto" and n <= CARRY_UP_TO[effort] else None
 
 
-def _at_least_initial(problem: Problem, found: Found, options: Options) -> Found:
-    """What was found, or the initial sequence where that is cheaper after all."""
-    start = options.initial
-    if start is None or true_cost(problem, options.objective, found.oriented) <= true_cost(
-        problem, options.objective, start
-    ):
-        return found
-    return replace(found, oriented=start)
-
-
 def _goal(objective: ObjectiveName | Objective) -> Objective:
     return objective if isinstance(objective, Objective) else Objective(objective)
 
 
 def _check(method: str, effort: str, time_limit_s: float | None, workers: int) -> None:
-    """Refuse what is not worth beginning; ``Options`` looks at the seed."""
+    """Refuse what is not worth beginning; ``Search`` looks at the seed."""
     if not isinstance(method, str) or method not in METHODS:
         raise SequenceError(f"there is no method '{method}'; there are {', '.join(METHODS)}")
     if not isinstance(effort, str) or effort not in EFFORTS:

@@ -16,7 +16,7 @@ import pytest
 
 import profiles
 from slicer import sequence, travel
-from slicer.sequence.problem.method import Progress
+from slicer.sequence.problem.search import Progress
 from vslice import session, study
 from vslice.instance import load_problem
 from vslice.objective import objective_of

@@ -200,7 +200,7 @@ def _table(rows: Mapping[str, str]) -> str:
 
 def _known(result: "Result") -> str:
     """What is known of the least straight travel, for people."""
-    if result.proved:
+    if result.travel_proved:
         return "  (the least possible)"
     if result.lower_bound_mm is not None:
         return f"  (at least {result.lower_bound_mm:.3f})"

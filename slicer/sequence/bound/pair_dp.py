@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
@@ -76,7 +76,7 @@ def evaluate(
                 value[x] = best
 
 
-@bare_kernel
+@inner_kernel
 def _finish(
     blocks: Blocks,
     block_costs: BlockCosts,

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import inner_kernel
 from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import NONE, Blocks
 
 
-@bare_kernel
+@inner_kernel
 def add_subgradient(
     blocks: Blocks,
     block_costs: BlockCosts,
@@ -58,7 +58,7 @@ def add_subgradient(
                     break
 
 
-@bare_kernel
+@inner_kernel
 def _next(
     blocks: Blocks,
     block_costs: BlockCosts,
@@ -91,13 +91,13 @@ def _next(
     return move, flip, entry
 
 
-@bare_kernel
+@inner_kernel
 def _pay_way(block_costs: BlockCosts, way: int, at: int, subgradient: NDArray[np.float64]) -> None:
     if block_costs.price_at[way, at] >= 0:
         subgradient[block_costs.price_at[way, at]] += block_costs.price_sign[way, at]
 
 
-@bare_kernel
+@inner_kernel
 def _pay_arc(
     blocks: Blocks, block_costs: BlockCosts, k: int, u: int, v: int, subgradient: NDArray[np.float64]
 ) -> None:
@@ -125,7 +125,7 @@ def _pay_arc(
         subgradient[prices + way * stride + 2 * blocks.path[low + (v >> 1)] + (v & 1)] -= 1.0
 
 
-@bare_kernel
+@inner_kernel
 def _column_of(blocks: Blocks, k: int, u: int) -> tuple[int, int]:
     """The column of a block's oriented toolpath u, and u's number in that column."""
     c = blocks.bounds[k]

@@ -16,7 +16,7 @@ from slicer.sequence.bound.lagrangian_ascent import MOMENTUM, PATIENCE, SHRINK
 from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, START_SHARE
 from slicer.sequence.bound.streamed_dp import Layout, Values, evaluate_pair
 from slicer.sequence.bound.streamed_subgradient import add_pair_subgradient
-from slicer.sequence.problem import Incumbent, Options, Problem
+from slicer.sequence.problem import Search
 from slicer.sequence.states import NONE, DownSets, Section, all_down_sets, extent
 
 FIRST_STEP = 0.2
@@ -34,28 +34,31 @@ MOST_STEPS = 60
 RELATIVE_EPS = 1e-9
 
 
-def raise_streamed_bound(problem: Problem, options: Options, incumbent: Incumbent) -> None:
-    """Raise the incumbent's bound on straight travel by as many steps as the effort allows.
+def raise_streamed_bound(search: Search) -> None:
+    """Raise a search's bound on straight travel by as many steps as the effort allows.
 
-    Where there can be none the bound stays as it is, and the progress says why.
+    Where there can be none the bound stays as it is, and the progress says why. For other objectives, which
+    it does not price, it does nothing.
     """
-    section = Section.whole(problem, options.objective)
+    if search.objective.routed:
+        return None
+    section = Section.whole(search.problem, search.objective)
     if section.columns < 2:
-        return incumbent.report("a single column, no bound", bounded=False)
+        return search.report("a single column, no bound")
     sets = all_down_sets(section, MOST_DOWN_SETS)
     if sets is None or max(_room(sets)) > MOST_VALUES:
-        return incumbent.report("columns with too many down-sets for a bound", bounded=False)
+        return search.report("columns with too many down-sets for a bound")
     arcs = extent(sets, np.arange(section.columns, dtype=np.int32))[1]
-    if arcs > STRETCH * ARCS[options.effort]:
-        return incumbent.report("a sheet too large for a bound with this effort", bounded=False)
+    if arcs > STRETCH * ARCS[search.effort]:
+        return search.report("a sheet too large for a bound with this effort")
     bound = StreamedBound(section, sets)
-    for _ in range(max(1, min(MOST_STEPS, ARCS[options.effort] // arcs))):
-        if incumbent.proved or not bound.improve(incumbent.cost, options.out_of_time):
+    for _ in range(max(1, min(MOST_STEPS, ARCS[search.effort] // arcs))):
+        if search.proved or not bound.improve(search.cost, search.should_stop):
             return None
-        if bound.bound > incumbent.cost * (1 + RELATIVE_EPS):
-            raise AssertionError(f"a bound of {bound.bound} mm is above a sequence of {incumbent.cost} mm")
-        incumbent.raise_bound(bound.bound)
-        incumbent.report("bound")
+        if bound.bound > search.cost * (1 + RELATIVE_EPS):
+            raise AssertionError(f"a bound of {bound.bound} mm is above a sequence of {search.cost} mm")
+        search.raise_bound(bound.bound)
+        search.report("bound")
     return None
 
 

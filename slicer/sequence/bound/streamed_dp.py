@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 
 
@@ -52,7 +52,7 @@ class Values(NamedTuple):
     right: NDArray[np.float64]
 
 
-@bare_kernel
+@inner_kernel
 def arc_cost(layout: Layout, price: NDArray[np.float64], c: int, u: int, v: int) -> float:
     """What the pair of columns c and c + 1 pays for the travel from oriented toolpath u to v."""
     middle, last = 2 * layout.begin[c + 1], len(layout.begin) - 2
@@ -68,7 +68,7 @@ def arc_cost(layout: Layout, price: NDArray[np.float64], c: int, u: int, v: int)
     return cost - float(price[LEAVE_LEFT, u] + price[ENTER_RIGHT, v])
 
 
-@bare_kernel
+@inner_kernel
 def way_cost(layout: Layout, price: NDArray[np.float64], c: int, way: int, u: int) -> float:
     """What that pair pays for leaving u, or entering it, from or to columns left or right of the pair."""
     leftward = way in (LEAVE_LEFT, ENTER_LEFT)
@@ -181,7 +181,7 @@ def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Va
                 values.right[i - a0, t - 2 * top_base] = best
 
 
-@bare_kernel
+@inner_kernel
 def _finish(layout: Layout, price: NDArray[np.float64], c: int, values: Values) -> None:
     """The values where all is printed: the sequence ends here, or goes on outside at a price below zero."""
     a0, b0, end = layout.set_start[c], layout.set_start[c + 1], layout.set_start[c + 2]

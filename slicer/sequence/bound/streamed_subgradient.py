@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.streamed_dp import Layout, Values, arc_cost, way_cost
 from slicer.sequence.states import NONE
@@ -83,7 +83,7 @@ def add_pair_subgradient(
             _use(layout, c, LEAVE_LEFT + gone, u, subgradient)
 
 
-@kernel
+@inner_kernel
 def _use(layout: Layout, c: int, way: int, u: int, subgradient: NDArray[np.float64]) -> None:
     leftward = way in (LEAVE_LEFT, ENTER_LEFT)
     subgradient[way, u] += 1.0 if (u < 2 * layout.begin[c + 1]) == leftward else -1.0

@@ -1,15 +1,15 @@
 """Sequences from nothing: hill climbing, greedy along levels, and the first incumbent."""
 
-from slicer.sequence.construct.hill_climbing import first_hill_climb, greedy, hill_climbs
-from slicer.sequence.construct.initial import initial_incumbent
+from slicer.sequence.construct.hill_climbing import greedy, hill_climbs
+from slicer.sequence.construct.initial import start_along_levels, start_greedily
 from slicer.sequence.construct.levels import level_start
 from slicer.sequence.construct.multi_start import multistart
 
 __all__ = [
-    "first_hill_climb",
     "greedy",
     "hill_climbs",
-    "initial_incumbent",
     "level_start",
     "multistart",
+    "start_along_levels",
+    "start_greedily",
 ]

@@ -6,14 +6,13 @@ endpoint (section 4, "Toolpath Generation Approach").
 """
 
 from collections.abc import Iterator
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem import Found, Options, Problem, Progress, true_cost
+from slicer.sequence.problem import Search
 
 NONE = -1
 
@@ -32,52 +31,33 @@ class Climb(NamedTuple):
     states: int
 
 
-def greedy(problem: Problem, options: Options) -> Found:
+def greedy(search: Search) -> None:
     """Hill climbing from each start that the problem allows; the one with the least travel is kept.
 
     Counts as the paper's Table 1 does, and the aima-python framework under it: every state whose
     successors are asked for is a node visited, the complete one included, and every printable toolpath
     at such a state gives two states created. The counts are of the run that is kept.
-
-    Raises:
-        KeyboardInterrupt: there was one before the first run ended.
     """
-    n = problem.n
-    if n == 0:
-        return Found(np.empty(0, np.int32))
-    best: Climb | None = None
-    done = 0
-    interrupted = False
-    try:
-        for run in hill_climbs(problem, options):
-            done += 1
-            if best is None or run.travel_mm < best.travel_mm:
-                best = run
-                if options.progress is not None:
-                    cost = true_cost(problem, options.objective, run.oriented)
-                    options.progress(Progress("starts", cost, None, run.oriented))
-    except KeyboardInterrupt:
-        interrupted = True
-        if best is None:
-            raise
-    assert best is not None, "a finite precedence has a minimal toolpath"
-    return Found(best.oriented, n, best.states, stopped=interrupted or done < len(problem.starts))
+    least, states = np.inf, 0
+    for run in hill_climbs(search):
+        if run.travel_mm < least:
+            least, states = run.travel_mm, run.states
+            search.offer(run.oriented)
+            search.report("starts")
+    search.nodes_visited += search.problem.n
+    search.states_created += states
 
 
-def hill_climbs(problem: Problem, options: Options) -> Iterator[Climb]:
+def hill_climbs(search: Search) -> Iterator[Climb]:
     """Climb from each start until time runs out, once at least."""
+    problem = search.problem
     for count, start in enumerate(problem.starts):
-        if count and options.out_of_time():
+        if count and search.should_stop():
             return
         oriented, states = hill_climb(
             problem.segments, problem.pred_start, problem.succ_start, problem.succ, int(start), NONE
         )
         yield Climb(problem.travel_mm(oriented >> 1, oriented & 1), oriented, states)
-
-
-def first_hill_climb(problem: Problem, options: Options) -> NDArray[np.int32]:
-    """The sequence of the first start, in the better direction: what there is when nothing else is."""
-    return min(islice(hill_climbs(problem, options), 2), key=lambda run: run.travel_mm).oriented
 
 
 @kernel
@@ -98,8 +78,11 @@ def hill_climb(
     nozzle's strip until the strips are farther away than the best endpoint seen.
     """
     n = len(segments)
-    left = segments[:, :, 0].min()
-    width = segments[:, :, 0].max() - left
+    left = right = segments[0, 0, 0]
+    for s in range(n):
+        left = min(left, segments[s, 0, 0], segments[s, 1, 0])
+        right = max(right, segments[s, 0, 0], segments[s, 1, 0])
+    width = right - left
     strips = max(1, int(4 * np.sqrt(n)))
     scale = strips / width if width > 0 else 0.0
     head = np.full(strips, NONE, np.int32)  # doubly linked lists of oriented toolpaths by strip of entry

@@ -1,15 +1,17 @@
-"""The first incumbent: the sequence that was given, or one that greedy finds."""
+"""What a search begins with where it was given no sequence."""
 
 from slicer.sequence.construct.hill_climbing import hill_climbs
-from slicer.sequence.problem import Incumbent, Options, Problem
+from slicer.sequence.construct.levels import level_start
+from slicer.sequence.problem import Search
 
 
-def initial_incumbent(problem: Problem, options: Options) -> Incumbent:
-    """An incumbent that starts as ``options.initial``, or as the best of greedy's sequences.
+def start_greedily(search: Search) -> None:
+    """Offer the best of greedy's sequences to a search that has none."""
+    if not search.started:
+        search.offer(min(hill_climbs(search), key=lambda run: run.travel_mm).oriented)
 
-    Unlike the method, it lets Ctrl-C through, which must end what comes after too.
-    """
-    start = options.initial
-    if start is None:
-        start = min(hill_climbs(problem, options), key=lambda run: run.travel_mm).oriented
-    return Incumbent(problem, options, start)
+
+def start_along_levels(search: Search) -> None:
+    """Offer greedy's sequence along levels to a search that has none."""
+    if not search.started:
+        search.offer(level_start(search.problem, search.objective, search.near(), search.should_stop))

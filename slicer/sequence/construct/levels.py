@@ -140,31 +140,42 @@ def _solve(
     A slice of so many rounds. ``memory``, float64 (3, n), and the norm that is returned are handed to the
     next one; a negative norm begins. Below ``SETTLED`` nothing more is done.
     """
+    # Loops, because array expressions take seconds to compile.
+    n = len(x)
     diagonal, residual, step = memory[0], memory[1], memory[2]
+    image = np.empty(n)
     if norm < 0.0:
-        diagonal[:] = 1e-6
+        for s in range(n):
+            diagonal[s] = 1e-6
         for e in range(len(a)):
             diagonal[a[e]] += weight[e]
             diagonal[b[e]] += weight[e]
             r = weight[e] * (rise[e] - x[b[e]] + x[a[e]])
             residual[b[e]] += r
             residual[a[e]] -= r
-        step[:] = residual / diagonal
-        norm = (residual * step).sum()
+        norm = 0.0
+        for s in range(n):
+            step[s] = residual[s] / diagonal[s]
+            norm += residual[s] * step[s]
     for _ in range(rounds):
         if norm < SETTLED:
             break
-        image = 1e-6 * step
+        for s in range(n):
+            image[s] = 1e-6 * step[s]
         for e in range(len(a)):
             r = weight[e] * (step[b[e]] - step[a[e]])
             image[b[e]] += r
             image[a[e]] -= r
-        length = norm / (step * image).sum()
-        x += length * step
-        residual -= length * image
-        scaled = residual / diagonal
-        old, norm = norm, (residual * scaled).sum()
-        step[:] = scaled + norm / old * step
+        along = 0.0
+        for s in range(n):
+            along += step[s] * image[s]
+        length, old, norm = norm / along, norm, 0.0
+        for s in range(n):
+            x[s] += length * step[s]
+            residual[s] -= length * image[s]
+            norm += residual[s] * (residual[s] / diagonal[s])
+        for s in range(n):
+            step[s] = residual[s] / diagonal[s] + norm / old * step[s]
     return norm
 
 

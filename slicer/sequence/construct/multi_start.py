@@ -3,39 +3,31 @@
 import numpy as np
 
 from slicer.sequence.construct.hill_climbing import hill_climb
-from slicer.sequence.construct.initial import initial_incumbent
-from slicer.sequence.problem import Found, Options, Problem
+from slicer.sequence.construct.initial import start_greedily
+from slicer.sequence.problem import Problem, Search
 
 REPORT_EVERY = 20
 
 
-def multistart(problem: Problem, options: Options) -> Found:
+def multistart(search: Search) -> None:
     """Hill climbing from each printable toolpath, both ways; the best sequence is kept.
 
     Where the problem fixes the first toolpath, the second is what is chosen: every oriented toolpath that
     can be printed then.
     """
-    n = problem.n
-    if n == 0:
-        return Found(np.empty(0, np.int32))
-    incumbent = initial_incumbent(problem, options)
-    nodes = states = 0
-    stopped = False
-    try:
-        for count, (start, second) in enumerate(_beginnings(problem)):
-            if options.out_of_time():
-                stopped = True
-                break
-            oriented, created = hill_climb(
-                problem.segments, problem.pred_start, problem.succ_start, problem.succ, start, second
-            )
-            nodes, states = nodes + n, states + created
-            incumbent.offer(oriented)
-            if count % REPORT_EVERY == 0:
-                incumbent.report("starts", bounded=False)
-    except KeyboardInterrupt:
-        stopped = True
-    return Found(incumbent.oriented, nodes, states, stopped=stopped)
+    problem = search.problem
+    start_greedily(search)
+    for count, (start, second) in enumerate(_beginnings(problem)):
+        if search.should_stop():
+            break
+        oriented, created = hill_climb(
+            problem.segments, problem.pred_start, problem.succ_start, problem.succ, start, second
+        )
+        search.nodes_visited += problem.n
+        search.states_created += created
+        search.offer(oriented)
+        if count % REPORT_EVERY == 0:
+            search.report("starts")
 
 
 def _beginnings(problem: Problem) -> list[tuple[int, int]]:

@@ -6,12 +6,10 @@ in a corridor around the incumbent, and is repeated around what it finds. On she
 corridor, window search takes its place.
 """
 
-import numpy as np
-
-from slicer.sequence.construct import initial_incumbent
+from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered.bounded_search import bound_around, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
-from slicer.sequence.problem import Found, Incumbent, Options, Problem
+from slicer.sequence.problem import Search
 
 ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
@@ -29,46 +27,30 @@ LEAST_WIDTH = 5
 MOST_CORRIDORS = 4
 
 
-def beam(problem: Problem, options: Options) -> Found:
-    """The best sequence that beam search finds; never worse than ``options.initial``."""
-    if problem.n == 0:
-        return Found(np.empty(0, np.int32))
-    incumbent = initial_incumbent(problem, options)
+def beam(search: Search) -> None:
+    """Beam search around the best sequence so far, or around greedy's."""
+    start_greedily(search)
     budget = WorkBudget(0)
-    stopped, complete = False, False
-    try:
-        for _ in range(MOST_CORRIDORS):
-            before = incumbent.cost
-            complete = _search_corridor(problem, options, incumbent, budget)
-            if complete or incumbent.cost >= before or options.out_of_time():
-                break
-        stopped = options.out_of_time() and not incumbent.proved
-    except KeyboardInterrupt:
-        stopped = True
-    return Found(
-        incumbent.oriented,
-        budget.nodes,
-        budget.generated,
-        incumbent.lower_bound if options.objective.name == "straight" and complete else None,
-        stopped,
-        incumbent.proved,
-    )
+    for _ in range(MOST_CORRIDORS):
+        before = search.cost
+        if _search_corridor(search, budget) or search.cost >= before or search.should_stop():
+            break
 
 
-def _search_corridor(problem: Problem, options: Options, incumbent: Incumbent, budget: WorkBudget) -> bool:
-    """All passes over the states around the incumbent; whether those were all states there are."""
-    opened = bound_around(problem, options, incumbent, ARCS_PER_TOOLPATH[options.effort])
+def _search_corridor(search: Search, budget: WorkBudget) -> bool:
+    """All passes over the states around the best sequence; whether those were all states there are."""
+    opened = bound_around(search, ARCS_PER_TOOLPATH[search.effort])
     if opened is None:
         return False
     bound, complete = opened
-    for steps, successors in PASSES[options.effort]:
-        affordable = min(successors, MOST_GENERATED // problem.n)
+    for steps, successors in PASSES[search.effort]:
+        affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
-        raise_bound(bound, incumbent, budget, steps, options, complete=complete)
-        if bound.bound >= incumbent.cost or options.out_of_time():
+        raise_bound(search, bound, budget, steps, complete=complete)
+        if bound.bound >= search.cost or search.should_stop():
             break
-        found = search_below(bound, incumbent, budget, width, options, complete=complete)
-        incumbent.report("search", bounded=complete)
-        if found.lower_bound >= incumbent.cost or not found.finished:
+        found = search_below(search, bound, budget, width, complete=complete)
+        search.report("search")
+        if found.lower_bound >= search.cost or not found.finished:
             break
     return complete

@@ -1,4 +1,4 @@
-"""What beam and proof share: the bound over a corridor around the incumbent, and the search below it."""
+"""What beam and proof share: the bound over a corridor around the best sequence, and the search below it."""
 
 import numpy as np
 
@@ -6,43 +6,45 @@ from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layered_search import LayeredSearch, search_layers
 from slicer.sequence.layered.windows import window_search
 from slicer.sequence.layered.work_budget import WorkBudget
-from slicer.sequence.problem import Incumbent, Options, Problem
+from slicer.sequence.problem import Search
 from slicer.sequence.states import Section, widest_corridor
 
 
-def bound_around(
-    problem: Problem, options: Options, incumbent: Incumbent, arcs_per_toolpath: int
-) -> tuple[PairBound, bool] | None:
-    """The bound over the widest corridor around the incumbent, and whether nothing was left out of it.
+def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, bool] | None:
+    """The bound over the widest corridor around the best sequence, and whether nothing was left out of it.
 
     On sheets too large even for that, windows are searched instead, and None is returned.
     """
-    section = Section.whole(problem, options.objective)
-    most_arcs = max(problem.n, 100) * arcs_per_toolpath
-    corridor = widest_corridor(section, incumbent.oriented >> 1, most_arcs)
+    section = Section.whole(search.problem, search.objective)
+    most_arcs = max(search.problem.n, 100) * arcs_per_toolpath
+    corridor = widest_corridor(section, search.oriented >> 1, most_arcs)
     if corridor is None:
-        incumbent.offer(window_search(problem, options, incumbent.oriented))
-        incumbent.report("windows", bounded=False)
+        search.offer(window_search(search, search.oriented))
+        search.report("windows")
         return None
     return PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed), corridor.complete
 
 
 def search_below(
+    search: Search,
     bound: PairBound,
-    incumbent: Incumbent,
     budget: WorkBudget,
     width: int,
-    options: Options,
     *,
     complete: bool,
     most_nodes: int = np.iinfo(np.int64).max,
 ) -> LayeredSearch:
-    """Fix states, search the rest below the incumbent, and tell it and the budget; see ``search_layers``."""
-    bound.fix_states(incumbent.cost)
+    """Fix states, look for less than the best so far in the rest, and tell search and budget.
+
+    See ``search_layers``.
+    """
+    bound.fix_states(search.cost)
     bound.use_best_multipliers()
-    found = search_layers(bound, incumbent.cost, width, options, most_nodes=most_nodes)
+    found = search_layers(search, bound, search.cost, width, most_nodes=most_nodes)
     budget.add(found)
-    incumbent.offer(found.oriented)
+    search.nodes_visited += found.nodes
+    search.states_created += found.generated
+    search.offer(found.oriented)
     if complete and found.finished:
-        incumbent.raise_bound(found.lower_bound)
+        search.raise_bound(found.lower_bound)
     return found

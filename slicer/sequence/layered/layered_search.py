@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layers import Limits, Sheet, expand, first_layer, next_layer
 from slicer.sequence.layered.node_pool import new_pool
-from slicer.sequence.problem import Options
+from slicer.sequence.problem import Search
 from slicer.sequence.states import sets_of_states
 
 RELATIVE_EPS = 1e-10
@@ -39,20 +39,20 @@ class LayeredSearch:
 
 
 def search_layers(
+    search: Search,
     bound: PairBound,
     cut: float,
     width: int,
-    options: Options,
     *,
     most_nodes: int = np.iinfo(np.int64).max,
 ) -> LayeredSearch:
     """Search below ``cut``, guided by a bound at its best multipliers.
 
     Args:
+        search: is asked whether to stop.
         bound: ``bound.value`` must be that of its best multipliers, see ``PairBound.use_best_multipliers``.
         cut: only sequences that cost less are of interest.
         width: the most nodes of a layer.
-        options: for the deadline.
         most_nodes: the search gives up beyond so many nodes in all.
     """
     section, blocks = bound.section, bound.blocks
@@ -70,7 +70,7 @@ def search_layers(
     missed, nodes, generated, widest = np.inf, 0, 0, 0
     for _ in range(section.n - 1):
         nodes += len(layer.last)
-        if nodes > most_nodes or options.out_of_time():
+        if nodes > most_nodes or search.should_stop():
             return LayeredSearch(None, np.inf, bound.bound, nodes, generated, widest, False)
         pool, size, dropped, more = expand(
             blocks, bound.value, sheet, layer, pool, bound.sky, state_sets, limits

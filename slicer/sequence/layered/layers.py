@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import bare_kernel, inner_kernel, kernel
 from slicer.sequence.layered.node_pool import (
     LAST,
     PARENT,
@@ -78,7 +78,7 @@ class Layer(NamedTuple):
     parent: NDArray[np.int32]
 
 
-@bare_kernel
+@inner_kernel
 def value_at(
     blocks: Blocks, value: NDArray[np.float64], k: int, s: int, u: int, home: NDArray[np.int32]
 ) -> float:
@@ -97,7 +97,7 @@ def value_at(
     return np.inf
 
 
-@bare_kernel
+@inner_kernel
 def in_block(blocks: Blocks, k: int, u: int, local: int, column: int) -> int:
     """The number that block k gives to the oriented toolpath u of a column that it has."""
     before = blocks.column_start[column] - blocks.column_start[blocks.bounds[k]]
@@ -231,7 +231,7 @@ def expand(
     return pool, size, dropped, generated
 
 
-@bare_kernel
+@inner_kernel
 def _read_sets(
     blocks: Blocks,
     first_set: NDArray[np.int64],
@@ -247,7 +247,7 @@ def _read_sets(
             printed[blocks.bounds[k] + q] = set_of[at + q]
 
 
-@bare_kernel
+@inner_kernel
 def _look_around(
     blocks: Blocks,
     value: NDArray[np.float64],
@@ -273,7 +273,7 @@ def _look_around(
         ahead[k] = ahead[k + 1] + value[blocks.value_start[state[k]]] - old[k]
 
 
-@bare_kernel
+@inner_kernel
 def step_of(blocks: Blocks, s: int, path: int) -> int:
     """The step of state s that prints a block's toolpath, or ``NONE``."""
     for e in range(blocks.move_start[s], blocks.move_start[s + 1]):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import bare_kernel, inner_kernel, kernel
 from slicer.sequence.problem import scrambled
 from slicer.sequence.states import NONE
 
@@ -104,7 +104,7 @@ def doubled(pool: NodePool, size: int) -> NodePool:
     return wider
 
 
-@bare_kernel
+@inner_kernel
 def _copy(pool: NodePool, at: int, target: NodePool, to: int) -> None:
     for k in range(2):
         target.tag[to, k] = pool.tag[at, k]
@@ -136,7 +136,7 @@ def keep_best(pool: NodePool, size: int, width: int) -> tuple[float, float]:
     return least, limit
 
 
-@bare_kernel
+@inner_kernel
 def _smallest(values: NDArray[np.float64], size: int, rank: int) -> float:
     """The value of that rank, from 0; reorders the values (Hoare's FIND, CACM 4, 1961)."""
     low, high = 0, size - 1

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
-from slicer.sequence.problem import CostModel, direct_cost, leg_cost
+from slicer.kernels import bare_kernel, inner_kernel
+from slicer.sequence.problem import CostModel, direct_cost, string_cost
 from slicer.sequence.states import DownSets, Section, Skylines
-from slicer.skyline import EPS_MM
+from slicer.taut_string import EPS_MM, pass_over, push
 
 
 def section_cost(section: Section, sets: DownSets, sky: Skylines, oriented: NDArray[np.int32]) -> float:
@@ -46,7 +46,7 @@ def _walk(
     return total
 
 
-@bare_kernel
+@inner_kernel
 def routed_cost(
     cost_model: CostModel,
     sky: Skylines,
@@ -72,35 +72,19 @@ def routed_cost(
     size, blocked = 1, False
     for c in range(low_column, high_column + 1):
         if c > low_column:
-            size, hit = _pass_over(sky.gap, sky.gap_start[c], sky.gap_start[c + 1], sky.hull, size, line)
+            size, hit = _pass_over_all(sky.gap, sky.gap_start[c], sky.gap_start[c + 1], sky.hull, size, line)
             blocked |= hit
         i = printed[c]
-        size, hit = _pass_over(sky.piece, sky.start[i], sky.start[i + 1], sky.hull, size, line)
+        size, hit = _pass_over_all(sky.piece, sky.start[i], sky.start[i + 1], sky.hull, size, line)
         blocked |= hit
     if not blocked:
         return direct
-    size = _push(sky.hull, size, bx, by)
-    length, cost = 0.0, 0.0
-    here_x, here_y = out_x, out_y
-    for t in range(size + 1):
-        q = t if onwards else size - 1 - t
-        x, y = in_x, in_y
-        if t < size:
-            x, y = sky.hull[q, 0], sky.hull[q, 1] + cost_model.clearance
-        step = np.sqrt((x - here_x) ** 2 + (y - here_y) ** 2)
-        ends = np.sqrt((x - in_x) ** 2 + (y - in_y) ** 2) <= EPS_MM
-        if t < size and (step <= EPS_MM or ends):
-            continue
-        length += step
-        cost += leg_cost(cost_model, x - here_x, y - here_y)
-        here_x, here_y = x, y
-    if cost_model.fixed > 0.0 and length > cost_model.fixed_from:
-        cost += cost_model.fixed
-    return cost
+    size = push(sky.hull, size, bx, by)
+    return string_cost(cost_model, sky.hull, size, onwards, start, end)
 
 
-@bare_kernel
-def _pass_over(
+@inner_kernel
+def _pass_over_all(
     piece: NDArray[np.float64],
     first: int,
     last: int,
@@ -108,44 +92,9 @@ def _pass_over(
     size: int,
     line: tuple[float, float, float, float],
 ) -> tuple[int, bool]:
-    """Put the pieces strictly between ax and bx on the hull; its size, and whether the line is below one."""
-    ax, ay, bx, slope = line
+    """Put some pieces on the hull; see ``taut_string.pass_over``."""
     blocked = False
     for q in range(first, last):
-        xl, yl, xr, yr = piece[q, 0], piece[q, 1], piece[q, 2], piece[q, 3]
-        if xr - xl <= EPS_MM:
-            if ax + EPS_MM < xl < bx - EPS_MM:
-                blocked |= yl > ay + slope * (xl - ax) + EPS_MM
-                size = _push(hull, size, xl, yl)
-            continue
-        rise = (yr - yl) / (xr - xl)
-        if xl < ax:
-            xl, yl = ax, yl + rise * (ax - xl)
-        if xr > bx:
-            xr, yr = bx, yr + rise * (bx - xr)
-        if xr - xl <= EPS_MM:
-            continue
-        blocked |= yl > ay + slope * (xl - ax) + EPS_MM or yr > ay + slope * (xr - ax) + EPS_MM
-        size = _push(hull, size, xl, yl)
-        size = _push(hull, size, xr, yr)
+        size, hit = pass_over(hull, size, piece, q, line)
+        blocked |= hit
     return size, blocked
-
-
-@bare_kernel
-def _push(hull: NDArray[np.float64], size: int, x: float, y: float) -> int:
-    """Add a point to the right end of an upper hull (Andrew's monotone chain); the new size."""
-    while size > 0:
-        if x - hull[size - 1, 0] <= EPS_MM:  # of one x, the higher counts
-            if hull[size - 1, 1] >= y:
-                return size
-        elif size == 1:
-            break
-        else:
-            turn = (hull[size - 1, 0] - hull[size - 2, 0]) * (y - hull[size - 2, 1]) - (
-                hull[size - 1, 1] - hull[size - 2, 1]
-            ) * (x - hull[size - 2, 0])
-            if turn < 0:
-                break
-        size -= 1
-    hull[size, 0], hull[size, 1] = x, y
-    return size + 1

@@ -13,7 +13,7 @@ from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layered_search import RELATIVE_EPS, search_layers
 from slicer.sequence.layered.routed_travel import section_cost
 from slicer.sequence.layered.work_budget import ARCS_PER_NODE, WorkBudget
-from slicer.sequence.problem import Options, Problem
+from slicer.sequence.problem import Search
 from slicer.sequence.states import Ground, Section, cover, down_sets, extents
 
 FIRST_LENGTH = 50
@@ -29,8 +29,7 @@ WORK_PER_TOOLPATH = {"quick": 2_000, "default": 10_000, "high": 60_000}
 
 
 def window_search(
-    problem: Problem,
-    options: Options,
+    search: Search,
     oriented: NDArray[np.int32],
     *,
     work: int | None = None,
@@ -40,8 +39,7 @@ def window_search(
     """Improve a printable sequence by window search; what comes back costs no more.
 
     Args:
-        problem: what is ordered.
-        options: effort, objective, deadline and progress.
+        search: effort, objective, and when to stop; it is not told.
         oriented: int32 (n,), oriented toolpaths.
         work: the budget, as a ``WorkBudget`` counts it; None for that of the effort.
         length: toolpaths in a window, at first.
@@ -50,8 +48,9 @@ def window_search(
     Returns:
         int32 (n,), oriented toolpaths.
     """
+    problem, objective = search.problem, search.objective
     n = problem.n
-    budget = WorkBudget(WORK_PER_TOOLPATH[options.effort] * n if work is None else work)
+    budget = WorkBudget(WORK_PER_TOOLPATH[search.effort] * n if work is None else work)
     best = oriented.copy()
     extent = extents(problem)
     exhausted = set() if exhausted is None else exhausted
@@ -60,18 +59,16 @@ def window_search(
         gained = 0.0
         ground, done = Ground(problem.segments), 0
         for begin in _begins(n, length):
-            if budget.spent >= budget.limit or options.out_of_time():
+            if budget.spent >= budget.limit or search.should_stop():
                 return best
             window = best[begin : begin + length]
             if window.tobytes() in exhausted:
                 continue
-            if options.objective.routed:
+            if objective.routed:
                 ground.print(best[done:begin])
                 done = begin
-            section = Section.window(
-                problem, options.objective, best, begin, begin + length, ground.pieces(), extent
-            )
-            gain = improve_window(section, window, options, budget)
+            section = Section.window(problem, objective, best, begin, begin + length, ground.pieces(), extent)
+            gain = improve_window(search, section, window, budget)
             gained += gain
             if gain == 0.0:
                 exhausted.add(window.tobytes())
@@ -88,13 +85,13 @@ def _begins(n: int, length: int) -> list[int]:
     return [*range(0, n - length, stride), n - length]
 
 
-def improve_window(section: Section, inner: NDArray[np.int32], options: Options, budget: WorkBudget) -> float:
+def improve_window(search: Search, section: Section, inner: NDArray[np.int32], budget: WorkBudget) -> float:
     """Order a window anew, in place, and say by how much cheaper it has become.
 
     Args:
+        search: is asked whether to stop.
         section: the window as a section.
         inner: int32 (k,), the oriented toolpaths of the window.
-        options: for the deadline.
         budget: where the work is entered.
     """
     order = np.arange(section.n, dtype=np.int32)
@@ -106,7 +103,7 @@ def improve_window(section: Section, inner: NDArray[np.int32], options: Options,
     if bound.bound >= cost * (1 - RELATIVE_EPS):
         return 0.0
     bound.use_best_multipliers()
-    found = search_layers(bound, cost, WIDTH, options)
+    found = search_layers(search, bound, cost, WIDTH)
     budget.add(found)
     if found.oriented is None or found.cost >= cost:
         return 0.0

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layered_search import LayeredSearch
-from slicer.sequence.problem import Incumbent, Options
+from slicer.sequence.problem import Search
 
 ARCS_PER_NODE = 60
 """So many arcs of the bound are looked at in the time in which a search generates one node."""
@@ -28,25 +28,17 @@ class WorkBudget:
         self.generated += found.generated
 
 
-def raise_bound(
-    bound: PairBound,
-    incumbent: Incumbent,
-    budget: WorkBudget,
-    steps: int,
-    options: Options,
-    *,
-    complete: bool,
-) -> None:
-    """Raise a bound by some steps, go to its best multipliers, and tell the incumbent."""
+def raise_bound(search: Search, bound: PairBound, budget: WorkBudget, steps: int, *, complete: bool) -> None:
+    """Raise a bound by some steps, go to its best multipliers, and tell the search where it is complete."""
     arcs = bound.blocks.arcs
     stride = max(1, min(10, MOST_BETWEEN // max(1, arcs)))
     for done in range(0, steps, stride):
         count = min(stride, steps - done)
         budget.spent += count * arcs // ARCS_PER_NODE
-        at_rest = bound.improve(incumbent.cost, count)
+        at_rest = bound.improve(search.cost, count)
         if complete:
-            incumbent.raise_bound(bound.bound)
-            incumbent.report("bound")
-        if at_rest or options.out_of_time():
+            search.raise_bound(bound.bound)
+            search.report("bound")
+        if at_rest or search.should_stop():
             break
     bound.use_best_multipliers()

@@ -11,13 +11,12 @@ from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, new_to
 from slicer.sequence.local_search.descent import descend
 from slicer.sequence.local_search.perturbation import REACH
 from slicer.sequence.local_search.refinement import refine
-from slicer.sequence.local_search.start import Start, reach_local_optimum, start_search
+from slicer.sequence.local_search.start import reach_local_optimum, tour_of
 
 __all__ = [
     "FIRST_TEMPERATURE",
     "LEAST_GAIN",
     "REACH",
-    "Start",
     "Tour",
     "anneal",
     "annealed",
@@ -28,5 +27,5 @@ __all__ = [
     "reach_local_optimum",
     "refine",
     "refresh",
-    "start_search",
+    "tour_of",
 ]

@@ -10,10 +10,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.construct import initial_incumbent, level_start
-from slicer.sequence.local_search.block_exchange import Tour, new_tour
+from slicer.sequence.construct import start_along_levels
+from slicer.sequence.local_search.block_exchange import Tour
 from slicer.sequence.local_search.perturbation import iterated_local_search
-from slicer.sequence.problem import Found, Incumbent, Neighbours, Options, Problem, neighbours, random_state
+from slicer.sequence.local_search.start import tour_of
+from slicer.sequence.problem import Draws, Search
 
 PERTURBATIONS_PER_TOOLPATH = {"quick": 60, "default": 250, "high": 3_000}
 MOST_PERTURBATIONS = {"quick": 100_000, "default": 650_000, "high": 2_500_000}
@@ -26,23 +27,10 @@ FIRST_TEMPERATURE = 1.0
 """Temperature of the first sweep, in costs of a travel of the usual length between toolpaths."""
 
 
-def local(problem: Problem, options: Options) -> Found:
-    """Improve ``options.initial``, or the start along levels, by perturbations and descent."""
-    if problem.n == 0:
-        return Found(np.empty(0, np.int32))
-    near = neighbours(problem, options.objective)
-    if options.initial is None:
-        start = level_start(problem, options.objective, near, options.out_of_time)
-        options = options.starting_from(start)
-    incumbent = initial_incumbent(problem, options)
-    stopped = False
-    try:
-        stopped = not anneal(
-            problem, options, near, incumbent, perturbations=perturbation_budget(problem.n, options.effort)
-        )
-    except KeyboardInterrupt:
-        stopped = True
-    return Found(incumbent.oriented, stopped=stopped)
+def local(search: Search) -> None:
+    """Improve the best sequence so far, or the start along levels, by perturbations and descent."""
+    start_along_levels(search)
+    anneal(search, perturbations=perturbation_budget(search.problem.n, search.effort))
 
 
 def perturbation_budget(n: int, effort: str) -> int:
@@ -51,47 +39,32 @@ def perturbation_budget(n: int, effort: str) -> int:
 
 
 def anneal(
-    problem: Problem,
-    options: Options,
-    near: Neighbours,
-    incumbent: Incumbent,
-    *,
-    perturbations: int,
-    first_temperature: float = FIRST_TEMPERATURE,
-    stream: int = 0,
+    search: Search, *, perturbations: int, first_temperature: float = FIRST_TEMPERATURE, stream: int = 0
 ) -> bool:
-    """Spend perturbations on the incumbent's sequence and offer it what comes out; False where time ran out.
+    """Spend perturbations on the best sequence and offer what comes out; False where time ran out.
 
     Args:
-        problem: what is ordered.
-        options: seed, objective, deadline and progress.
-        near: the candidates of the descent.
-        incumbent: where the search starts, and what is offered the results.
+        search: where it starts, and what is offered the results.
         perturbations: how many.
         first_temperature: temperature of the first sweep, see ``FIRST_TEMPERATURE``.
         stream: tells apart the random numbers of several calls with one seed.
     """
-    start = incumbent.oriented
     for oriented in annealed(
-        problem,
-        options,
-        near,
-        start,
+        search,
+        search.oriented,
         perturbations=perturbations,
         first_temperature=first_temperature,
         stream=stream,
     ):
-        incumbent.offer(oriented)
-        if options.out_of_time():
+        search.offer(oriented)
+        if search.should_stop():
             return False
-        incumbent.report("local search")
+        search.report("local search")
     return True
 
 
 def annealed(
-    problem: Problem,
-    options: Options,
-    near: Neighbours,
+    search: Search,
     oriented: NDArray[np.int32],
     *,
     perturbations: int,
@@ -103,10 +76,10 @@ def annealed(
     Ends early where time runs out. The arguments are those of ``anneal``, but for ``oriented``, where the
     run starts.
     """
-    work = new_tour(problem, options.objective, near, oriented)
-    state = random_state(options.seed, stream)
+    work = tour_of(search, oriented)
+    state = search.random_state(Draws.ANNEALING, stream)
     scale = first_temperature * _usual(work)
-    high = problem.n + 1
+    high = search.problem.n + 1
     chunks = max(1, perturbations // SWEEPS // CHUNK)
     bounds = np.linspace(work.fixed, high, chunks + 1).astype(int)
     for sweep in range(SWEEPS):
@@ -115,7 +88,7 @@ def annealed(
             iterated_local_search(
                 work, state, perturbations // SWEEPS // chunks, int(low), int(end), temperature
             )
-            if options.out_of_time():
+            if search.should_stop():
                 yield work.oriented
                 return
         yield work.oriented

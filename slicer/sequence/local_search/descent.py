@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import bare_kernel, inner_kernel
 from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange
 from slicer.sequence.problem import arc_cost, costs_at_least
 
@@ -11,7 +11,7 @@ Move = tuple[float, int, int, int, int, int]
 """Gain, and the arguments i, j, k, turn_a, turn_b of ``exchange``."""
 
 
-@bare_kernel
+@inner_kernel
 def move_back(
     tour: Tour,
     p: int,
@@ -62,7 +62,7 @@ def move_back(
     return best
 
 
-@bare_kernel
+@inner_kernel
 def move_on(
     tour: Tour,
     p: int,
@@ -112,7 +112,7 @@ def move_on(
     return best
 
 
-@bare_kernel
+@inner_kernel
 def cut_between(
     tour: Tour,
     q: int,
@@ -243,7 +243,7 @@ def descend(
     return total
 
 
-@bare_kernel
+@inner_kernel
 def enqueue(
     order: NDArray[np.int32],
     queue: NDArray[np.int32],

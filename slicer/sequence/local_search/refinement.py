@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange, new_tour
+from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange
 from slicer.sequence.local_search.descent import best_move
 from slicer.sequence.local_search.perturbation import REACH, random_exchange
+from slicer.sequence.local_search.start import tour_of
 from slicer.sequence.problem import (
     FORBIDDEN,
-    Options,
-    Problem,
+    Draws,
+    Search,
     draw,
-    neighbours,
-    random_state,
     skyline_cost,
     true_cost,
 )
@@ -36,25 +35,26 @@ SLICE = 50 * WINDOW
 """Positions between two looks at the clock: whole windows."""
 
 
-def refine(problem: Problem, options: Options, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
+def refine(search: Search, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
     """Improve a printable sequence (n,) by the true cost of its travels; what comes back costs no more."""
+    problem, objective = search.problem, search.objective
     if problem.n < 3:
         return oriented
-    work = new_tour(problem, options.objective, neighbours(problem, options.objective), oriented)
-    state = random_state(options.seed, 1)
-    tries = TRIES_PER_TOOLPATH[options.effort] * WINDOW // (2 * SWEEPS)
+    work = tour_of(search, oriented)
+    state = search.random_state(Draws.REFINEMENT)
+    tries = TRIES_PER_TOOLPATH[search.effort] * WINDOW // (2 * SWEEPS)
     worse = float(np.median(work.cost[0, 2:-1]))
     for _ in range(SWEEPS):
-        if options.out_of_time():
+        if search.should_stop():
             break
         skyline, place = new_skyline(problem.n), (LEFT, 2)
         for low in range(1, problem.n + 1, SLICE):
             high = min(low + SLICE, problem.n + 1)
             place = _sweep(work, state, tries, worse, skyline, place, low, high)
-            if options.out_of_time():
+            if search.should_stop():
                 break
     refined = work.oriented
-    if true_cost(problem, options.objective, refined) < true_cost(problem, options.objective, oriented):
+    if true_cost(problem, objective, refined) < true_cost(problem, objective, oriented):
         return refined
     return oriented
 

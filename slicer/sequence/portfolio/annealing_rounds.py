@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slicer.sequence.layered import merge_tours, window_search
 from slicer.sequence.local_search import FIRST_TEMPERATURE, annealed, perturbation_budget
-from slicer.sequence.problem import Incumbent, Neighbours, Options, Problem
+from slicer.sequence.problem import Search
 from slicer.sequence.tree_search import STRIDE, improve_by_trees
 
 STARTS = 3
@@ -36,11 +36,8 @@ POOL = 8
 class AnnealingRounds:
     """A run of ``anneal_and_merge``: the sequences to merge, and the windows that need no second look."""
 
-    def __init__(
-        self, problem: Problem, options: Options, near: Neighbours, incumbent: Incumbent, windows: bool
-    ) -> None:
-        self._problem, self._options, self._near = problem, options, near
-        self._incumbent = incumbent
+    def __init__(self, search: Search, *, windows: bool) -> None:
+        self._search = search
         self._windows = windows
         self._pool: deque[NDArray[np.int32]] = deque(maxlen=POOL)
         self._exhausted: set[bytes] = set()
@@ -48,87 +45,65 @@ class AnnealingRounds:
     def anneal(
         self, start: NDArray[np.int32], perturbations: int, first_temperature: float, stream: int
     ) -> NDArray[np.int32]:
-        """An annealed run from a sequence; its end may cost more, but the incumbent is told of all."""
+        """An annealed run from a sequence; its end may cost more, but all it passes is offered."""
         oriented = start
         for oriented in annealed(
-            self._problem,
-            self._options,
-            self._near,
+            self._search,
             start,
             perturbations=perturbations,
             first_temperature=first_temperature,
             stream=stream,
         ):
-            self._incumbent.offer(oriented)
-            self._incumbent.report("annealing", bounded=False)
+            self._search.offer(oriented)
+            self._search.report("annealing")
         return oriented
 
     def trees(self, oriented: NDArray[np.int32], rollouts: int, stream: int) -> NDArray[np.int32]:
         """A pass of tree search over a sequence."""
-        rollouts = max(1, min(rollouts, STRIDE * MOST_ROLLOUTS // self._problem.n))
-        return improve_by_trees(
-            self._problem,
-            self._options,
-            self._near,
-            self._incumbent,
-            oriented,
-            rollouts=rollouts,
-            stream=stream,
-        )
+        rollouts = max(1, min(rollouts, STRIDE * MOST_ROLLOUTS // self._search.problem.n))
+        return improve_by_trees(self._search, oriented, rollouts=rollouts, stream=stream)
 
     def window_search(self, oriented: NDArray[np.int32], work: int) -> NDArray[np.int32]:
         """Windows over a sequence."""
         if not self._windows:
             return oriented
-        polished = window_search(
-            self._problem, self._options, oriented, work=work * self._problem.n, exhausted=self._exhausted
-        )
-        self._incumbent.offer(polished)
-        self._incumbent.report("windows", bounded=False)
+        work *= self._search.problem.n
+        polished = window_search(self._search, oriented, work=work, exhausted=self._exhausted)
+        self._search.offer(polished)
+        self._search.report("windows")
         return polished
 
     def merge(self, oriented: NDArray[np.int32]) -> None:
-        """Cross a sequence with the incumbent's and the latest ones."""
+        """Cross a sequence with the best one and the latest ones."""
         self._pool.append(oriented)
-        tours = [self._incumbent.oriented, *self._pool]
-        self._incumbent.offer(merge_tours(self._problem, self._options.objective, tours))
-        self._incumbent.report("splice", bounded=False)
+        tours = [self._search.oriented, *self._pool]
+        self._search.offer(merge_tours(self._search.problem, self._search.objective, tours))
+        self._search.report("tour merging")
 
 
-def anneal_and_merge(
-    problem: Problem,
-    options: Options,
-    near: Neighbours,
-    incumbent: Incumbent,
-    *,
-    apart: bool,
-    windows: bool,
-) -> bool:
-    """Anneal, search windows and merge tours from the incumbent's sequence on; False where time ran out.
+def anneal_and_merge(search: Search, *, apart: bool, windows: bool) -> bool:
+    """Anneal, search windows and merge tours from the best sequence on; False where time ran out.
 
     Args:
-        problem: what is ordered.
-        options: seed, objective, deadline and progress.
-        near: the candidates of the descent.
-        incumbent: where the search starts, and what is offered the results.
+        search: where it starts, and what is offered the results.
         apart: whether the large structure is still to be found, by several runs from the same start. Else
             the rounds are mild.
         windows: whether the sheet is small enough for windows.
     """
-    run = AnnealingRounds(problem, options, near, incumbent, windows)
-    start = incumbent.oriented
-    perturbations = perturbation_budget(problem.n, options.effort)
+    run = AnnealingRounds(search, windows=windows)
+    start = search.oriented
+    perturbations = perturbation_budget(search.problem.n, search.effort)
     starts, share, first_temperature = (STARTS, ROUND_SHARE, REHEAT) if apart else (0, MILD_SHARE, MILD)
     for stream in range(1, starts + 1):
         found = run.anneal(start, perturbations // START_SHARE, FIRST_TEMPERATURE, stream)
         found = run.trees(found, START_ROLLOUTS, stream)
         run.merge(run.window_search(found, START_WORK))
-        if options.out_of_time():
+        if search.should_stop():
             return False
     for stream in range(starts + 1, starts + ROUNDS + 1):
-        found = run.anneal(incumbent.oriented, perturbations // share, first_temperature, stream)
+        found = run.anneal(search.oriented, perturbations // share, first_temperature, stream)
         run.merge(run.trees(found, ROUND_ROLLOUTS, stream))
-        run.window_search(incumbent.oriented, ROUND_WORK)
-        if options.out_of_time():
+        run.window_search(search.oriented, ROUND_WORK)
+        if search.should_stop():
             return False
     return True

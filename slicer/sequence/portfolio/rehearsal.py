@@ -5,7 +5,7 @@ import numpy as np
 from slicer.sequence.bound import PairBound
 from slicer.sequence.layered import doubled, drop_dominated, insert, keep_best, new_pool, rebuild_table
 from slicer.sequence.local_search import refine
-from slicer.sequence.problem import Objective, Options, Problem, true_cost
+from slicer.sequence.problem import Objective, Problem, Search, true_cost
 from slicer.sequence.states import Section, cover, down_sets
 
 
@@ -43,4 +43,4 @@ def rehearse() -> None:
     rebuild_table(pool, size)
     keep_best(pool, size, 1)
     drop_dominated(pool, segments, size)
-    refine(problem, Options(effort="quick", objective=objective), oriented)
+    refine(Search(problem, effort="quick", objective=objective), oriented)

@@ -9,48 +9,46 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from multiprocessing import active_children, get_context
 from multiprocessing.process import BaseProcess
 from types import FrameType
 
 from slicer.errors import SequenceError
-from slicer.sequence.construct import first_hill_climb
-from slicer.sequence.layered import RELATIVE_EPS, merge_tours
-from slicer.sequence.problem import Found, Options, Problem, true_cost
+from slicer.sequence.construct import start_greedily
+from slicer.sequence.layered import merge_tours
+from slicer.sequence.problem import Outcome, Search
 
-Search = Callable[[Problem, str, Options], Found]
-Run = Future[Found | None]
+Searching = Callable[[Search, str], None]
+Run = Future[Outcome | None]
 
 STRIDE = 1_000_003
 """Between the seeds of two workers, so that runs with neighbouring seeds share none."""
 
 
-def run_workers(problem: Problem, search: Search, method: str, options: Options, workers: int) -> Found:
-    """Run ``search`` with ``workers`` seeds, and keep the best bound and the cheapest sequence.
+def run_workers(search: Search, searching: Searching, method: str, workers: int) -> None:
+    """Run ``searching`` with ``workers`` seeds, and keep the best bound and the cheapest sequence.
 
     That is one of theirs or the best crossing of them.
 
-    On Ctrl-C each returns what it has. Where it comes so early that none has anything, the initial sequence
-    is returned, or greedy's. The deadline counts the time in which the processes start.
+    On Ctrl-C each returns what it has, and greedy's sequence stands in where none has any. The deadline
+    counts the time in which the processes start.
 
     Raises:
         SequenceError: a process was ended from outside.
     """
     runs: list[Run] = []
-    found: list[Found | None] = []
+    found: list[Outcome | None] = []
     interrupted = False
     others = active_children()
     # The clocks of two processes agree on the time of day alone.
-    ends = None if options.deadline is None else time.time() + options.deadline - time.perf_counter()
-    plain = replace(options, deadline=None, progress=None)
+    ends = None if search.deadline is None else time.time() + search.deadline - time.perf_counter()
     try:
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
             try:
                 with _signals_held():  # processes begin with the signals held that are held here
                     for k in range(workers):
-                        mine = replace(plain, seed=options.seed + STRIDE * k)
-                        runs.append(pool.submit(_run, problem, search, method, mine, ends))
+                        mine = search.apart(search.seed + STRIDE * k)
+                        runs.append(pool.submit(_run, mine, searching, method, ends))
                 found = [run.result() for run in runs]
             except KeyboardInterrupt:
                 interrupted = True
@@ -67,28 +65,14 @@ def run_workers(problem: Problem, search: Search, method: str, options: Options,
         interrupted = True
         found = _done(runs)
     have = [one for one in found if one is not None]
-    if not have:
-        start = options.initial
-        return Found(first_hill_climb(problem, options) if start is None else start, stopped=True)
-    bounds = [one.lower_bound_mm for one in have if one.lower_bound_mm is not None]
-    sequences = [one.oriented for one in have]
-    costs = [true_cost(problem, options.objective, oriented) for oriented in sequences]
-    best = sequences[costs.index(min(costs))]
-    bound = max(bounds, default=0.0) if options.objective.name == "straight" else 0.0
-    if min(costs) > bound * (1 + RELATIVE_EPS):
-        try:
-            spliced = merge_tours(problem, options.objective, sequences)
-            if true_cost(problem, options.objective, spliced) < min(costs):
-                best = spliced
-        except KeyboardInterrupt:
-            interrupted = True
-    return Found(
-        best,
-        nodes_visited=sum(one.nodes_visited for one in have),
-        states_created=sum(one.states_created for one in have),
-        lower_bound_mm=max(bounds, default=None),
-        stopped=interrupted or any(one.stopped for one in have),
-    )
+    for one in have:
+        search.absorb(one)
+    search.stopped = search.stopped or interrupted
+    if not search.started:
+        start_greedily(search)
+    sequences = [one.oriented for one in have if one.oriented is not None]
+    if len(sequences) > 1 and not search.proved:
+        search.offer(merge_tours(search.problem, search.objective, sequences))
 
 
 def _interrupt(others: list[BaseProcess]) -> None:
@@ -104,28 +88,27 @@ def _interrupt(others: list[BaseProcess]) -> None:
                 os.kill(process.pid, signal.SIGINT)
 
 
-def _done(runs: list[Run]) -> list[Found | None]:
+def _done(runs: list[Run]) -> list[Outcome | None]:
     """What those have found that came to their end."""
     return [run.result() for run in runs if run.done() and run.exception() is None]
 
 
-def _run(problem: Problem, search: Search, method: str, options: Options, ends: float | None) -> Found | None:
+def _run(search: Search, searching: Searching, method: str, ends: float | None) -> Outcome | None:
     """In the worker: search until ``ends``, a time of day. None where Ctrl-C left nothing to return.
 
     The worker hears of Ctrl-C only while it searches. Before, it is busy importing, and after it would die
     on the way to its answer; both would take the answers of all the others with it.
     """
     left = None if ends is None else ends - time.time()
-    deadline = None if left is None else time.perf_counter() + left
-    found: Found | None = None
+    search.deadline = None if left is None else time.perf_counter() + left
     if _answered:
         return None
     try:
         with _signals_heard():
-            found = search(problem, method, replace(options, deadline=deadline))
+            searching(search, method)
     except KeyboardInterrupt:
-        pass
-    return found
+        search.stopped = True
+    return search.outcome() if search.started else None
 
 
 @contextmanager

@@ -2,14 +2,13 @@
 
 from slicer.sequence.problem.checks import real_number, whole_number
 from slicer.sequence.problem.directions import directed, start_of
-from slicer.sequence.problem.incumbent import Incumbent
-from slicer.sequence.problem.method import EFFORTS, Found, Method, Options, Progress
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
 from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName
 from slicer.sequence.problem.problem import REACH_MM, Problem
-from slicer.sequence.problem.random_numbers import draw, random_state, scrambled
+from slicer.sequence.problem.random_numbers import Draws, draw, scrambled
 from slicer.sequence.problem.result import Result
-from slicer.sequence.problem.sequence_cost import skyline_cost, true_cost
+from slicer.sequence.problem.search import EFFORTS, Method, Outcome, Progress, Search
+from slicer.sequence.problem.sequence_cost import skyline_cost, string_cost, true_cost
 from slicer.sequence.problem.travel_cost import (
     FORBIDDEN,
     arc_cost,
@@ -24,16 +23,16 @@ __all__ = [
     "FORBIDDEN",
     "REACH_MM",
     "CostModel",
-    "Found",
-    "Incumbent",
+    "Draws",
     "Method",
     "Neighbours",
     "Objective",
     "ObjectiveName",
-    "Options",
+    "Outcome",
     "Problem",
     "Progress",
     "Result",
+    "Search",
     "arc_cost",
     "costs_at_least",
     "direct_cost",
@@ -42,11 +41,11 @@ __all__ = [
     "draw",
     "leg_cost",
     "neighbours",
-    "random_state",
     "real_number",
     "scrambled",
     "skyline_cost",
     "start_of",
+    "string_cost",
     "true_cost",
     "whole_number",
 ]

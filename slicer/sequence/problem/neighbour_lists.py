@@ -76,8 +76,11 @@ def _nearest(
     out = np.full((m, count), NONE, np.int32)
     if m == 0:
         return out
-    x0, y0 = points[:, 0].min(), points[:, 1].min()
-    width, height = points[:, 0].max() - x0, points[:, 1].max() - y0
+    x0, y0, x1, y1 = points[0, 0], points[0, 1], points[0, 0], points[0, 1]
+    for u in range(1, m):
+        x0, y0 = min(x0, points[u, 0]), min(y0, points[u, 1])
+        x1, y1 = max(x1, points[u, 0]), max(y1, points[u, 1])
+    width, height = x1 - x0, y1 - y0
     cell = max(np.sqrt(2.0 * width * height / m), max(width, height) / (m + 1.0), 1e-12)
     columns, rows = int(width / cell) + 1, int(height / cell) + 1
     cell_of = np.empty(m, np.int64)
@@ -85,7 +88,8 @@ def _nearest(
     for u in range(m):
         cell_of[u] = int((points[u, 0] - x0) / cell) * rows + int((points[u, 1] - y0) / cell)
         start[cell_of[u] + 1] += 1
-    start = np.cumsum(start)
+    for c in range(columns * rows):
+        start[c + 1] += start[c]
     held = np.empty(m, np.int32)
     fill = start[:-1].copy()
     for u in range(m):

@@ -95,6 +95,18 @@ class Objective:
             object.__setattr__(self, field, value)
 
     @property
+    def unit(self) -> str:
+        """The unit of its costs and bounds: "mm" or "s"."""
+        return "s" if self.name == "time" else "mm"
+
+    def relaxes(self, other: "Objective") -> bool:
+        """Whether no sequence costs more by this objective than by the other, so that its bounds hold there.
+
+        A straight travel is never longer than the same travel over what is printed.
+        """
+        return self == other or (self.name == "straight" and other.name == "routed")
+
+    @property
     def routed(self) -> bool:
         """Whether what is printed at the moment matters."""
         return self.name != "straight"

@@ -4,17 +4,30 @@ The generator is splitmix64 (Steele, Lea and Flood, "Fast splittable pseudorando
 2014).
 """
 
+from enum import IntEnum
+
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import bare_kernel, inner_kernel
 
 INCREMENT = np.uint64(0x9E3779B97F4A7C15)
 
 
-def random_state(seed: int, *stream: int) -> NDArray[np.uint64]:
-    """uint64 (1,), the state of ``draw``; ``stream`` tells apart several searches with one seed."""
-    return np.random.SeedSequence([seed, *stream]).generate_state(1, np.uint64).astype(np.uint64)
+class Draws(IntEnum):
+    """What random numbers are drawn for: one seed gives each kind a sequence of its own."""
+
+    ANNEALING = 0
+    REFINEMENT = 1
+    TREES = 2
+    ANTS = 3
+
+
+def random_state(seed: int, draws: Draws, stream: int | None = None) -> NDArray[np.uint64]:
+    """uint64 (1,), the state of ``draw``; ``stream`` tells apart several runs of one kind."""
+    key = [] if draws == Draws.ANNEALING else [int(draws)]
+    key += [] if stream is None else [stream]
+    return np.random.SeedSequence([seed, *key]).generate_state(1, np.uint64).astype(np.uint64)
 
 
 @bare_kernel
@@ -24,13 +37,13 @@ def draw(state: NDArray[np.uint64]) -> float:
     return float(_mixed(state[0]) >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
-@bare_kernel
+@inner_kernel
 def scrambled(number: int) -> np.uint64:
     """A well mixed 64-bit number."""
     return _mixed(np.uint64(number) * INCREMENT)
 
 
-@bare_kernel
+@inner_kernel
 def _mixed(z: np.uint64) -> np.uint64:
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-RELATIVE_EPS, ABSOLUTE_EPS_MM = 1e-9, 1e-12
+RELATIVE_EPS, ABSOLUTE_EPS = 1e-9, 1e-12
 """Rounding between a travel and its bound. A sheet may be a thousandth of a millimetre wide: what tells two
 sequences apart grows and shrinks with it, and the absolute part is for travels of nothing.
 """
@@ -19,14 +19,16 @@ class Result:
         order: int64 (n,), the toolpath that is printed k-th.
         flipped: bool (n,), whether the k-th is printed from its second endpoint.
         travel_mm: straight travel J.
-        lower_bound_mm: no sequence travels less than this; None where nothing is known.
+        lower_bound_mm: no sequence has a straight travel below this; None where nothing is known.
         nodes_visited: states whose successors were generated.
         states_created: successors generated, as the source paper counts them.
         method: the name of the method.
         seed: the seed that it was given.
         runtime_s: wall-clock seconds of the call, compilation included.
         objective: what was optimised: "straight", "routed" or "time".
-        cost: what the sequence costs by that objective, mm or s.
+        unit: that of the objective, "mm" or "s".
+        cost: what the sequence costs by that objective.
+        lower_bound: no sequence costs less by that objective; None where nothing is known.
         stopped: whether a time limit or Ctrl-C ended the search before its effort was spent.
     """
 
@@ -40,31 +42,43 @@ class Result:
     seed: int
     runtime_s: float
     objective: str = "straight"
+    unit: str = "mm"
     cost: float = 0.0
+    lower_bound: float | None = None
     stopped: bool = False
 
     @property
     def proved(self) -> bool:
-        """Whether the travel is known to be the least possible."""
-        if self.lower_bound_mm is None:
-            return False
-        return self.travel_mm - self.lower_bound_mm <= RELATIVE_EPS * self.travel_mm + ABSOLUTE_EPS_MM
+        """Whether the cost is known to be the least possible by the objective."""
+        return self.lower_bound is not None and _equal(self.cost, self.lower_bound)
+
+    @property
+    def travel_proved(self) -> bool:
+        """Whether the straight travel J is known to be the least possible, whatever was optimised."""
+        return self.lower_bound_mm is not None and _equal(self.travel_mm, self.lower_bound_mm)
+
+    @property
+    def gap(self) -> float | None:
+        """How far the cost is above its bound, as a part of the cost; None where nothing is known."""
+        if self.lower_bound is None:
+            return None
+        return 0.0 if self.proved else (self.cost - self.lower_bound) / self.cost
 
     def summary(self) -> str:
         """One line for people: the travel, what is known of the optimum, and the effort."""
         if self.proved:
             known = "optimal"
-        elif self.lower_bound_mm is None:
+        elif self.lower_bound is None:
             known = "no bound"
         else:
-            known = f"at least {self.lower_bound_mm:.4f} mm is needed"
-        goal = {
-            "straight": "",
-            "routed": f"routed {self.cost:.4f} mm, ",
-            "time": f"travels {self.cost:.2f} s, ",
-        }
+            known = f"at least {self.lower_bound:.4f} {self.unit} is needed"
+        goal = "" if self.objective == "straight" else f", {self.objective} {self.cost:.4f} {self.unit}"
         return (
-            f"{self.method}: {len(self.order)} toolpaths, travel {self.travel_mm:.4f} mm ({known}), "
-            f"{goal[self.objective]}{self.nodes_visited} nodes, {self.states_created} states, "
+            f"{self.method}: {len(self.order)} toolpaths, straight travel {self.travel_mm:.4f} mm{goal} "
+            f"({known}), {self.nodes_visited} nodes, {self.states_created} states, "
             f"{self.runtime_s:.2f} s{', stopped early' if self.stopped else ''}"
         )
+
+
+def _equal(cost: float, bound: float) -> bool:
+    return cost - bound <= RELATIVE_EPS * cost + ABSOLUTE_EPS

@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.problem.objective import CostModel, Objective
 from slicer.sequence.problem.problem import Problem
-from slicer.sequence.problem.travel_cost import direct_sum, leg_cost
-from slicer.skyline import EPS_MM, lay, new_skyline, overpass
+from slicer.sequence.problem.travel_cost import direct_cost, direct_sum, leg_cost
+from slicer.skyline import lay, new_skyline, overpass
+from slicer.taut_string import EPS_MM
 
 
 def true_cost(problem: Problem, objective: Objective, oriented: NDArray[np.int32]) -> float:
@@ -41,7 +42,7 @@ def _routed_sum(segments: NDArray[np.float64], cost_model: CostModel, oriented: 
     return total
 
 
-@kernel
+@inner_kernel
 def skyline_cost(
     piece: NDArray[np.float64],
     link: NDArray[np.int32],
@@ -53,17 +54,36 @@ def skyline_cost(
 ) -> tuple[float, int]:
     """Cost of one travel over a skyline, and a cursor near its end; see ``overpass`` for the arguments."""
     size, cursor = overpass(piece, link, cursor, start, end, hull)
-    x, y = start[0], start[1]
-    total = 0.0
-    length = 0.0
+    if size == 0:
+        return direct_cost(cost_model, end[0] - start[0], end[1] - start[1]), cursor
+    return string_cost(cost_model, hull, size, True, (start[0], start[1]), (end[0], end[1])), cursor
+
+
+@inner_kernel
+def string_cost(
+    cost_model: CostModel,
+    hull: NDArray[np.float64],
+    size: int,
+    onwards: bool,
+    start: tuple[float, float],
+    end: tuple[float, float],
+) -> float:
+    """Cost of a travel along a taut string of ``size`` points, lifted by the clearance.
+
+    ``onwards`` says whether the string runs from ``start`` to ``end`` in ``hull``, or the other way round.
+    """
+    x, y = start
+    length, cost = 0.0, 0.0
     for t in range(size + 1):
-        to_x = hull[t, 0] if t < size else end[0]
-        to_y = hull[t, 1] + cost_model.clearance if t < size else end[1]
-        step = np.hypot(to_x - x, to_y - y)
+        to_x, to_y = end
+        if t < size:
+            q = t if onwards else size - 1 - t
+            to_x, to_y = hull[q, 0], hull[q, 1] + cost_model.clearance
+        step = np.sqrt((to_x - x) ** 2 + (to_y - y) ** 2)
         if step > EPS_MM:
-            total += leg_cost(cost_model, to_x - x, to_y - y)
+            cost += leg_cost(cost_model, to_x - x, to_y - y)
             length += step
             x, y = to_x, to_y
     if cost_model.fixed > 0.0 and length > cost_model.fixed_from:
-        total += cost_model.fixed
-    return total, cursor
+        cost += cost_model.fixed
+    return cost

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import bare_kernel, inner_kernel
 from slicer.sequence.problem.objective import CostModel
-from slicer.skyline import EPS_MM
+from slicer.taut_string import EPS_MM
 
 FORBIDDEN = 1e30
 """Cost of what must not be."""
@@ -43,7 +43,7 @@ def direct_cost(cost_model: CostModel, dx: float, dy: float) -> float:
     return cost
 
 
-@bare_kernel
+@inner_kernel
 def arc_cost(points: NDArray[np.float64], cost_model: CostModel, u: int, v: int) -> float:
     """Cost of the direct travel from the end of oriented toolpath ``u`` to the entry of ``v``.
 
@@ -58,7 +58,7 @@ def arc_cost(points: NDArray[np.float64], cost_model: CostModel, u: int, v: int)
     return direct_cost(cost_model, points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1])
 
 
-@bare_kernel
+@inner_kernel
 def costs_at_least(points: NDArray[np.float64], cost_model: CostModel, u: int, v: int, most: float) -> bool:
     """Whether the direct travel from ``u`` to ``v`` costs at least ``most``, as far as that is cheap to tell.
 

@@ -13,7 +13,7 @@ from slicer.kernels import bare_kernel
 from slicer.sequence.states.blocks import Blocks
 from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.section import Section
-from slicer.skyline import EPS_MM
+from slicer.taut_string import EPS_MM
 
 MOST_PIECES = 64
 """Room for pieces of a skyline at first; it doubles as needed."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import bare_kernel, inner_kernel
 from slicer.sequence.problem import scrambled
 from slicer.sequence.states.section import NONE, Section
 
@@ -261,7 +261,7 @@ def _enumerate(
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _adds(member: NDArray[np.bool_], to: int, base: int, path: int) -> bool:
     """Whether down-set ``to`` is down-set ``base`` with ``path`` added."""
     if not member[to, path]:

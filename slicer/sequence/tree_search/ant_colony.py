@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.local_search import Tour, reach_local_optimum, refresh, start_search
-from slicer.sequence.problem import Found, Options, Problem, arc_cost, draw
+from slicer.sequence.construct import start_greedily
+from slicer.sequence.local_search import Tour, reach_local_optimum, refresh, tour_of
+from slicer.sequence.problem import Draws, Search, arc_cost, draw
 
 ANTS = {"quick": 50, "default": 500, "high": 5_000}
 MOST_STEPS = {"quick": 2_000_000, "default": 8_000_000, "high": 60_000_000}
@@ -30,27 +31,23 @@ REPORT_EVERY = 20
 NONE = -1
 
 
-def aco(problem: Problem, options: Options) -> Found:
-    """Ant colony; never worse than ``options.initial`` or greedy."""
-    n = problem.n
-    if n == 0:
-        return Found(np.empty(0, np.int32))
-    incumbent, work, state = start_search(problem, options, 3, along_levels=False)
+def aco(search: Search) -> None:
+    """Ant colony from the best sequence so far, or from greedy's."""
+    start_greedily(search)
+    n = search.problem.n
+    work, state = tour_of(search, search.oriented), search.random_state(Draws.ANTS)
     pheromone = np.ones((2 * n, work.near.shape[2]))
-    ants = max(FEWEST, min(ANTS[options.effort], MOST_STEPS[options.effort] // n))
-    sent, stopped = 0, False
-    try:
-        while sent < ants and not stopped:
-            _walk(work, pheromone, state, int(incumbent.oriented[0]))
-            sent += 1
-            stopped = not reach_local_optimum(work, options) or (sent < ants and options.out_of_time())
-            better = incumbent.offer(work.oriented)
-            _reward(work.near, pheromone, incumbent.oriented)
-            if better or sent % REPORT_EVERY == 1:
-                incumbent.report("ants", bounded=False)
-    except KeyboardInterrupt:
-        stopped = True
-    return Found(incumbent.oriented, n * sent, stopped=stopped)
+    ants = max(FEWEST, min(ANTS[search.effort], MOST_STEPS[search.effort] // n))
+    for sent in range(1, ants + 1):
+        _walk(work, pheromone, state, int(search.oriented[0]))
+        search.nodes_visited += n
+        in_time = reach_local_optimum(search, work)
+        better = search.offer(work.oriented)
+        _reward(work.near, pheromone, search.oriented)
+        if better or sent % REPORT_EVERY == 1:
+            search.report("ants")
+        if not in_time or (sent < ants and search.should_stop()):
+            break
 
 
 @kernel

@@ -19,10 +19,9 @@ next (UCT: Kocsis and Szepesvári, ECML 2006). What is different here:
 What the tree contributes beside rollouts and descent is measured in ``docs/results.md``.
 """
 
-import numpy as np
-
-from slicer.sequence.local_search import Start, reach_local_optimum, start_search
-from slicer.sequence.problem import Found, Options, Problem, directed
+from slicer.sequence.construct import start_along_levels
+from slicer.sequence.local_search import Tour, reach_local_optimum, tour_of
+from slicer.sequence.problem import Draws, Search, directed
 from slicer.sequence.tree_search.passes import search_pass, tree_count
 
 ROLLOUTS_PER_TOOLPATH = {"quick": 10, "default": 35, "high": 300}
@@ -33,41 +32,34 @@ ROLLOUTS = 100
 """The most rollouts of a tree."""
 
 
-def mcts(problem: Problem, options: Options) -> Found:
-    """Monte Carlo tree search; never worse than ``options.initial``, or than greedy along levels.
+def mcts(search: Search) -> None:
+    """Monte Carlo tree search from the best sequence so far, or from greedy's along levels.
 
     ``nodes_visited`` counts the toolpaths that rollouts have put in order, ``states_created`` two for each
     that could have been next.
     """
-    n = problem.n
-    if n == 0:
-        return Found(np.empty(0, np.int32))
-    start = start_search(problem, options, 2, along_levels=True)
-    incumbent, work, _ = start
-    counts = [0, 0]
+    start_along_levels(search)
+    work = tour_of(search, search.oriented)
     try:
-        stopped = not _passes(start, options, counts)
-    except KeyboardInterrupt:
-        stopped = True
-    incumbent.offer(work.oriented)
-    incumbent.offer(directed(problem, incumbent.oriented >> 1, options.objective))
-    return Found(incumbent.oriented, counts[0], counts[1], stopped=stopped)
+        _passes(search, work)
+    finally:  # Ctrl-C comes between two kernels
+        search.offer(work.oriented)
+    search.offer(directed(search.problem, search.oriented >> 1, search.objective))
 
 
-def _passes(start: Start, options: Options, counts: list[int]) -> bool:
-    """Let the root move along the sequence again and again; False where time ran out.
-
-    ``counts`` is added to: nodes visited, states created.
-    """
-    incumbent, work, state = start
-    n = len(incumbent.oriented)
-    if not reach_local_optimum(work, options):
-        return False
-    incumbent.offer(work.oriented)
-    incumbent.report("local optimum", bounded=False)
-    effort = options.effort
+def _passes(search: Search, work: Tour) -> None:
+    """Let the root move along the sequence again and again."""
+    n = search.problem.n
+    if not reach_local_optimum(search, work):
+        return
+    search.offer(work.oriented)
+    search.report("local optimum")
+    effort = search.effort
     total = max(FEWEST[effort], min(ROLLOUTS_PER_TOOLPATH[effort] * n, MOST_ROLLOUTS[effort]))
     trees = tree_count(work)
     passes = max(1, round(total / (ROLLOUTS * trees)))
     rollouts = max(1, min(ROLLOUTS, total // (passes * trees)))
-    return all(search_pass(work, state, options, incumbent, rollouts, counts) for _ in range(passes))
+    state = search.random_state(Draws.TREES)
+    for _ in range(passes):
+        if not search_pass(search, work, state, rollouts):
+            return

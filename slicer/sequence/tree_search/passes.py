@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.local_search import Tour, new_tour
-from slicer.sequence.problem import Incumbent, Neighbours, Options, Problem, random_state
+from slicer.sequence.local_search import Tour, tour_of
+from slicer.sequence.problem import Draws, Search
 from slicer.sequence.tree_search.rollouts import STRETCH_LENGTH, search_stretches
 
 STRIDE = 10
@@ -20,23 +20,14 @@ def tree_count(work: Tour) -> int:
     return max(1, -(-(int(work.order.shape[1]) - 1 - work.fixed) // STRIDE))
 
 
-def search_pass(
-    work: Tour,
-    state: NDArray[np.uint64],
-    options: Options,
-    incumbent: Incumbent,
-    rollouts: int,
-    counts: list[int] | None = None,
-) -> bool:
+def search_pass(search: Search, work: Tour, state: NDArray[np.uint64], rollouts: int) -> bool:
     """One pass over a tour, in place; False where time ran out.
 
     Args:
+        search: is offered what is found; counts the toolpaths put in order, and the states created.
         work: a tour, which becomes no dearer.
         state: uint64 (1,), for ``draw``.
-        options: for the deadline.
-        incumbent: is offered what is found, and told.
         rollouts: how many each tree gets.
-        counts: two numbers that are added to: toolpaths put in order, and states created.
     """
     n = work.order.shape[1] - 2
     roots = range(work.fixed, n + 1, STRIDE)
@@ -45,35 +36,26 @@ def search_pass(
         for look, k in enumerate(looks):
             some = roots[k : k + TREES]
             states = search_stretches(work, state, some[0], some[-1] + 1, STRIDE, rollouts)
-            if counts is not None:
-                counts[0] += sum(min(STRETCH_LENGTH, n + 1 - root) for root in some) * rollouts
-                counts[1] += states
-            if options.out_of_time():
+            search.nodes_visited += sum(min(STRETCH_LENGTH, n + 1 - root) for root in some) * rollouts
+            search.states_created += states
+            if search.should_stop():
                 return False
             if (look + 1) % REPORT_EVERY == 0 or look == len(looks) - 1:
-                incumbent.offer(work.oriented)
-                incumbent.report("tree search", bounded=False)
+                search.offer(work.oriented)
+                search.report("tree search")
         return True
     finally:  # Ctrl-C comes between two kernels
-        incumbent.offer(work.oriented)
+        search.offer(work.oriented)
 
 
 def improve_by_trees(
-    problem: Problem,
-    options: Options,
-    near: Neighbours,
-    incumbent: Incumbent,
-    oriented: NDArray[np.int32],
-    *,
-    rollouts: int,
-    stream: int,
+    search: Search, oriented: NDArray[np.int32], *, rollouts: int, stream: int
 ) -> NDArray[np.int32]:
-    """One pass from a sequence (n,) on, which is offered to the incumbent.
+    """One pass from a sequence (n,) on; what it finds is offered to the search.
 
     What comes back costs no more by direct travels. ``stream`` tells apart the random numbers of several
     calls with one seed.
     """
-    work = new_tour(problem, options.objective, near, oriented)
-    state = random_state(options.seed, 2, stream)
-    search_pass(work, state, options, incumbent, rollouts)
+    work = tour_of(search, oriented)
+    search_pass(search, work, search.random_state(Draws.TREES, stream), rollouts)
     return work.oriented

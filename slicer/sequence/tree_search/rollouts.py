@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.local_search import LEAST_GAIN, REACH, Tour, descend, refresh
 from slicer.sequence.problem import FORBIDDEN, arc_cost, draw
 from slicer.sequence.tree_search.tree import (
@@ -117,7 +117,7 @@ def search_stretches(
     return states
 
 
-@bare_kernel
+@inner_kernel
 def _stretch(cost: NDArray[np.float64], root: int, end: int) -> float:
     """Cost of the travels into positions root .. end."""
     total = 0.0
@@ -126,7 +126,7 @@ def _stretch(cost: NDArray[np.float64], root: int, end: int) -> float:
     return total
 
 
-@bare_kernel
+@inner_kernel
 def _new_tree(
     tour: Tour,
     room: Room,
@@ -144,7 +144,7 @@ def _new_tree(
     return add_node(tree, worth, 0, order[0, root - 1])
 
 
-@bare_kernel
+@inner_kernel
 def _rollout(
     tour: Tour,
     room: Room,
@@ -200,7 +200,7 @@ def _rollout(
     return made, depth, states
 
 
-@bare_kernel
+@inner_kernel
 def _best(
     tour: Tour,
     room: Room,
@@ -233,7 +233,7 @@ def _best(
     return best, second
 
 
-@bare_kernel
+@inner_kernel
 def _print(
     tour: Tour,
     room: Room,
@@ -261,7 +261,7 @@ def _print(
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _changed(
     tour: Tour,
     root: int,

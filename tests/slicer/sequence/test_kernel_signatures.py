@@ -7,6 +7,7 @@ import pytest
 
 SLICER = Path(__file__).parents[3] / "slicer"
 MOST = 8
+KERNELS = ("kernel", "bare_kernel", "inner_kernel")
 
 
 def kernels(source: str) -> dict[str, int]:
@@ -15,7 +16,7 @@ def kernels(source: str) -> dict[str, int]:
         node.name: len([*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs])
         for node in ast.walk(ast.parse(source))
         if isinstance(node, ast.FunctionDef)
-        and any(isinstance(by, ast.Name) and by.id in ("kernel", "bare_kernel") for by in node.decorator_list)
+        and any(isinstance(by, ast.Name) and by.id in KERNELS for by in node.decorator_list)
     }
 
 

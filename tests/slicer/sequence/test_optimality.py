@@ -9,12 +9,13 @@ from exhaustive import least_cost, sequence_cost
 from fields import random_extension, relation, segment_sets
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from searching import searched
 
 from slicer.sequence import METHODS, Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.layered.layered_search import search_layers
-from slicer.sequence.problem.method import Options
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Search
 from slicer.sequence.states.corridor import widest_corridor
 from slicer.sequence.states.section import Section
 
@@ -140,12 +141,12 @@ def test_wherever_a_proof_is_stopped_its_bound_holds(sheet, seed, start, method,
     goal = GOALS[name]
     problem = begin(sheet(seed, 8 if name == "straight" else 6, 2), start, seed)
     hear = Stop(stop)
-    options = Options(objective=goal, initial=dear_start(problem, goal, seed), progress=hear)
+    initial = dear_start(problem, goal, seed)
     with blocks_of(seed):
-        found = METHODS[method](problem, options)
+        found = searched(METHODS[method], problem, objective=goal, initial=initial, progress=hear)
     best = least(problem, goal)
-    if found.lower_bound_mm is not None:
-        assert found.lower_bound_mm <= least(problem) + 1e-9
+    assert found.lower_bound <= best + 1e-7
+    assert found.straight_bound_mm <= least(problem) + 1e-9
     for word in hear.said:
         assert word.lower_bound is None or word.lower_bound <= best + 1e-7
         assert word.cost >= best - 1e-7
@@ -166,7 +167,7 @@ def test_what_a_narrow_search_cuts_off_is_not_below_its_bound(sheet, seed, start
     if noise:
         bound.best += np.random.default_rng(seed).normal(0.0, 0.5, len(bound.best))
     bound.use_best_multipliers()
-    found = search_layers(bound, np.inf, width, Options(objective=goal))
+    found = search_layers(Search(problem, objective=goal), bound, np.inf, width)
     best = least(problem, goal)
     assert found.finished
     assert found.cost >= best - 1e-7
@@ -180,7 +181,7 @@ def test_a_beam_too_narrow_for_the_optimum_claims_no_more(sheet, seed, start):
     initial = dear_start(problem, STRAIGHT, seed)
     random = np.random.default_rng(seed)
 
-    def mislead(bound, incumbent, ledger, steps, options, *, complete):
+    def mislead(search, bound, budget, steps, *, complete):
         """In place of an ascent: any multipliers bound the optimum, these guide the search badly."""
         bound.best += random.normal(0.0, 0.5, len(bound.best))
         bound.use_best_multipliers()
@@ -189,10 +190,10 @@ def test_a_beam_too_narrow_for_the_optimum_claims_no_more(sheet, seed, start):
         patch.setattr("slicer.sequence.layered.beam_search.raise_bound", mislead)
         patch.setattr("slicer.sequence.layered.beam_search.PASSES", {"quick": ((1, 1), (2, 2))})
         patch.setattr("slicer.sequence.layered.beam_search.LEAST_WIDTH", 1)
-        found = METHODS["beam"](problem, Options("quick", initial=initial))
+        found = searched(METHODS["beam"], problem, effort="quick", initial=initial)
     best = least(problem)
     assert problem.travel_mm(found.oriented >> 1, found.oriented & 1) >= best - 1e-9
-    assert found.lower_bound_mm <= best + 1e-9
+    assert found.lower_bound <= best + 1e-9
 
 
 DEGENERATE = {

@@ -7,21 +7,21 @@ import pytest
 
 from slicer.sequence import METHODS, Problem, solve
 from slicer.sequence.construct.levels import level_start
-from slicer.sequence.problem.method import Options
 from slicer.sequence.problem.neighbour_lists import neighbours
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Search
 
 MACHINE = {"clearance_mm": 0.2, "speed_mm_s": (30.0, 50.0, 5.0), "acceleration_mm_s2": (500.0, 500.0, 50.0)}
 GOALS = [Objective(), Objective("routed", **MACHINE), Objective("time", **MACHINE)]
 FIRST_CALL = {
-    "auto": ("portfolio.automatic", "neighbours"),
+    "auto": ("portfolio.automatic", "start_along_levels"),
     "greedy": ("construct.hill_climbing", "hill_climbs"),
-    "multistart": ("construct.multi_start", "initial_incumbent"),
-    "local": ("local_search.annealing", "neighbours"),
-    "beam": ("layered.beam_search", "initial_incumbent"),
-    "exact": ("layered.exact_search", "initial_incumbent"),
-    "mcts": ("tree_search.monte_carlo", "start_search"),
-    "aco": ("tree_search.ant_colony", "start_search"),
+    "multistart": ("construct.multi_start", "start_greedily"),
+    "local": ("local_search.annealing", "start_along_levels"),
+    "beam": ("layered.beam_search", "start_greedily"),
+    "exact": ("layered.exact_search", "start_greedily"),
+    "mcts": ("tree_search.monte_carlo", "start_along_levels"),
+    "aco": ("tree_search.ant_colony", "start_greedily"),
 }
 """The module of each method, and what it calls before it has a sequence."""
 
@@ -183,7 +183,7 @@ def test_descent_of_a_whole_sequence_looks_at_the_clock(reference, monkeypatch):
     start = module("local_search.start")
     monkeypatch.setattr(start, "SLICE", 100)
     slices = counted(monkeypatch, start, "descend")
-    monkeypatch.setattr(Options, "out_of_time", Clock(3))
+    monkeypatch.setattr(Search, "late", Clock(3))
     result = solve(problem, method="aco", initial=given)
     assert result.stopped
     assert len(slices) == 3
@@ -194,7 +194,7 @@ def test_tree_search_looks_at_the_clock_within_a_pass(reference, monkeypatch):
     problem, _ = reference("10x10_s1")
     given = solve(problem, method="greedy")
     slices = counted(monkeypatch, module("tree_search.passes"), "search_stretches")
-    monkeypatch.setattr(Options, "out_of_time", Clock(2))
+    monkeypatch.setattr(Search, "late", Clock(2))
     result = solve(problem, method="mcts", initial=given)
     assert result.stopped
     assert len(slices) == 2
@@ -217,14 +217,14 @@ def test_the_start_along_levels_looks_at_the_clock(reference, monkeypatch):
 def test_slices_change_nothing_where_there_is_no_limit(reference, monkeypatch):
     problem, _ = reference("4x4_s1")
     levels, refine = module("construct.levels"), module("local_search.refinement")
-    near, options = neighbours(problem), Options(objective=GOALS[1])
+    near, search = neighbours(problem), Search(problem, objective=GOALS[1])
     start = level_start(problem, Objective(), near)
-    refined = refine.refine(problem, options, start)
+    refined = refine.refine(search, start)
     assert not np.array_equal(refined, start)
     monkeypatch.setattr(levels, "SLICE", 7)
     monkeypatch.setattr(refine, "SLICE", refine.WINDOW)
     assert np.array_equal(level_start(problem, Objective(), near), start)
-    assert np.array_equal(refine.refine(problem, options, start), refined)
+    assert np.array_equal(refine.refine(search, start), refined)
 
 
 def test_refinement_looks_at_the_clock_within_a_sweep(reference, monkeypatch):
@@ -232,8 +232,8 @@ def test_refinement_looks_at_the_clock_within_a_sweep(reference, monkeypatch):
     refine = module("local_search.refinement")
     monkeypatch.setattr(refine, "SLICE", refine.WINDOW)
     slices = counted(monkeypatch, refine, "_sweep")
-    monkeypatch.setattr(Options, "out_of_time", Clock(3))
-    oriented = next(module("construct.hill_climbing").hill_climbs(problem, Options())).oriented
-    refined = refine.refine(problem, Options(objective=GOALS[1]), oriented)
+    monkeypatch.setattr(Search, "late", Clock(3))
+    oriented = next(module("construct.hill_climbing").hill_climbs(Search(problem))).oriented
+    refined = refine.refine(Search(problem, objective=GOALS[1]), oriented)
     assert len(slices) == 2
     assert problem.refusal(refined >> 1) is None

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from searching import searched
 
 from slicer.errors import CrossingError, SequenceError, SlicerError
 from slicer.sequence import METHODS, Problem, solve
 from slicer.sequence.problem.directions import directed
-from slicer.sequence.problem.method import Options
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.sequence_cost import true_cost
 
@@ -131,10 +131,10 @@ def test_costs_that_are_no_numbers_reach_no_kernel(method, objective):
     # They used to become indices of compiled code, which wrote where it should not.
     problem = Problem.build([line(x, y, x + 0.5, y) for x in range(6) for y in range(6)])
     if method == "multistart":  # does not look for neighbours
-        assert problem.refusal(METHODS[method](problem, Options(objective=objective)).oriented >> 1) is None
+        assert problem.refusal(searched(METHODS[method], problem, objective=objective).oriented >> 1) is None
         return
     with pytest.raises(SequenceError, match="must not cost more than 300000"):
-        METHODS[method](problem, Options("quick", objective=objective))
+        searched(METHODS[method], problem, effort="quick", objective=objective)
 
 
 @pytest.mark.parametrize("oriented", [[0, 2, 6], [0, -1, 2], [0, 2, 2**31 - 1]])

@@ -13,8 +13,8 @@ from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.pair_dp import roots
 from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.portfolio import automatic
-from slicer.sequence.problem.method import Progress
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Progress
 from slicer.sequence.states.downsets import all_down_sets
 from slicer.sequence.states.section import Section
 

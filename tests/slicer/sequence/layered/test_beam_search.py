@@ -3,13 +3,13 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import searched
 
 from slicer import generate
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
 from slicer.sequence.construct.hill_climbing import greedy
 from slicer.sequence.layered.beam_search import beam
-from slicer.sequence.problem.method import Options
 
 
 @settings(max_examples=60, deadline=None)
@@ -17,8 +17,8 @@ from slicer.sequence.problem.method import Options
 def test_printable_and_no_worse_than_its_start(sheet, seed, free, effort):
     segments = sheet(seed, 60)
     problem = Problem.build(segments, first=None if free else 0)
-    initial = greedy(problem, Options()).oriented
-    found = beam(problem, Options(effort=effort, initial=initial))
+    initial = searched(greedy, problem).oriented
+    found = searched(beam, problem, effort=effort, initial=initial)
     travel = problem.travel_mm(found.oriented >> 1, found.oriented & 1)
     assert problem.refusal(found.oriented >> 1) is None
     assert found.oriented[0] in problem.starts
@@ -27,11 +27,11 @@ def test_printable_and_no_worse_than_its_start(sheet, seed, free, effort):
 
 def test_a_corridor_improves_on_its_start_without_a_bound(monkeypatch):
     problem = Problem.build(hatch(generate.random_walk(4, 4, seed=3)).segments, first=0)
-    initial = greedy(problem, Options()).oriented
+    initial = searched(greedy, problem).oriented
     monkeypatch.setattr("slicer.sequence.layered.beam_search.ARCS_PER_TOOLPATH", {"default": 700})
-    found = beam(problem, Options(initial=initial))
+    found = searched(beam, problem, initial=initial)
     assert problem.refusal(found.oriented >> 1) is None
-    assert found.lower_bound_mm is None
+    assert found.lower_bound == 0.0
     travel = problem.travel_mm(found.oriented >> 1, found.oriented & 1)
     assert travel < 0.95 * problem.travel_mm(initial >> 1, initial & 1)
 

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import searched
 
 from slicer import generate
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
 from slicer.sequence.construct.hill_climbing import greedy
 from slicer.sequence.layered.exact_search import exact
-from slicer.sequence.problem.method import Options, Progress
+from slicer.sequence.problem.search import Progress
 
 
 def line(x0: float, y0: float, x1: float, y1: float) -> list[list[float]]:
@@ -78,18 +79,18 @@ def test_proves_a_sheet_of_the_paper_and_halves_greedy():
 def test_tells_of_a_falling_travel_and_a_rising_bound():
     problem = Problem.build(hatch(generate.random_walk(3, 3, seed=2)).segments, first=0)
     told: list[Progress] = []
-    found = exact(problem, Options(progress=told.append))
+    found = searched(exact, problem, progress=told.append)
     travels = [p.cost for p in told]
     bounds = [p.lower_bound for p in told]
     assert travels == sorted(travels, reverse=True)
     assert bounds == sorted(bounds)
-    assert bounds[-1] == found.lower_bound_mm == travels[-1]
+    assert bounds[-1] == found.lower_bound == travels[-1]
 
 
 def test_out_of_time_it_returns_what_it_was_given_and_says_so():
     problem = Problem.build(hatch(generate.random_walk(3, 3, seed=2)).segments, first=0)
-    initial = greedy(problem, Options()).oriented
-    found = exact(problem, Options(initial=initial, deadline=time.perf_counter() - 1.0))
+    initial = searched(greedy, problem).oriented
+    found = searched(exact, problem, initial=initial, deadline=time.perf_counter() - 1.0)
     assert found.stopped
     assert problem.travel_mm(found.oriented >> 1, found.oriented & 1) <= problem.travel_mm(
         initial >> 1, initial & 1
@@ -103,7 +104,7 @@ def test_interrupted_it_returns_the_best_so_far():
         if progress.stage == "search":
             raise KeyboardInterrupt
 
-    found = exact(problem, Options(progress=interrupt))
+    found = searched(exact, problem, progress=interrupt)
     assert found.stopped
     assert problem.refusal(found.oriented >> 1) is None
 
@@ -112,6 +113,6 @@ def test_where_columns_have_too_many_down_sets_nothing_is_claimed(monkeypatch, s
     monkeypatch.setattr("slicer.sequence.layered.exact_search.ARCS_PER_TOOLPATH", {"default": 1})
     segments = hatch(generate.random_walk(3, 3, seed=2)).segments
     problem = Problem.build(segments, first=0)
-    found = exact(problem, Options())
+    found = searched(exact, problem)
     assert problem.refusal(found.oriented >> 1) is None
-    assert found.lower_bound_mm is None
+    assert found.lower_bound == 0.0

@@ -5,6 +5,7 @@ import pytest
 from exhaustive import least_cost
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import searched
 
 from slicer import generate, travel
 from slicer.hatch import hatch
@@ -14,8 +15,8 @@ from slicer.sequence.layered.beam_search import beam
 from slicer.sequence.layered.exact_search import exact
 from slicer.sequence.layered.routed_travel import section_cost
 from slicer.sequence.layered.windows import window_search
-from slicer.sequence.problem.method import Options
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Search
 from slicer.sequence.problem.sequence_cost import true_cost
 from slicer.sequence.problem.travel_cost import leg_cost
 from slicer.sequence.states.column_skylines import skylines
@@ -84,22 +85,23 @@ def test_a_window_costs_what_its_part_of_the_sequence_does(sheet, seed, data):
 def test_exact_and_a_window_over_everything_equal_brute_force(sheet, seed, free, flipped, objective):
     segments = sheet(seed, 7)
     problem = Problem.build(segments, first=None if free else 0, first_flipped=flipped)
-    options = Options(objective=objective)
     best = least_cost(objective, segments, first=problem.first, first_flipped=flipped)
-    found = exact(problem, options)
+    found = searched(exact, problem, objective=objective)
     assert true_cost(problem, objective, found.oriented) == pytest.approx(best, abs=1e-7)
     assert flipped in (None, bool(found.oriented[0] & 1))
-    assert found.lower_bound_mm is None
-    polished = window_search(problem, options, greedy(problem, options).oriented, length=7)
+    assert found.proved
+    assert found.straight_bound_mm == 0.0
+    start = searched(greedy, problem).oriented
+    polished = window_search(Search(problem, objective=objective), start, length=7)
     assert true_cost(problem, objective, polished) == pytest.approx(best, abs=1e-7)
 
 
 @pytest.mark.parametrize("objective", [ROUTED, TIME], ids=["routed", "time"])
 def test_aiming_at_an_objective_serves_it_best(objective):
     problem = Problem.build(hatch(generate.random_walk(3, 3, seed=7)).segments, first=0)
-    straight = exact(problem, Options()).oriented
+    straight = searched(exact, problem).oriented
     for method in (exact, beam):
-        aimed = method(problem, Options(objective=objective)).oriented
+        aimed = searched(method, problem, objective=objective).oriented
         assert problem.refusal(aimed >> 1) is None
         assert true_cost(problem, objective, aimed) <= true_cost(problem, objective, straight)
 

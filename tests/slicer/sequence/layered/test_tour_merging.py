@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import searched
 
 from slicer.generate import random_walk
 from slicer.hatch import hatch
@@ -14,10 +15,8 @@ from slicer.sequence.construct.hill_climbing import greedy
 from slicer.sequence.layered.tour_merging import merge_tours, prefix_hashes
 from slicer.sequence.portfolio.annealing_rounds import anneal_and_merge
 from slicer.sequence.problem.directions import directed
-from slicer.sequence.problem.incumbent import Incumbent
-from slicer.sequence.problem.method import Options
-from slicer.sequence.problem.neighbour_lists import neighbours
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Search
 from slicer.sequence.problem.sequence_cost import true_cost
 from tests.fields import random_extension, segment_sets
 
@@ -121,15 +120,12 @@ def test_equal_hashes_mean_equal_sets(segments, seed):
 @pytest.mark.parametrize("goal", [Objective(), Objective("time", **MACHINE)])
 def test_annealing_rounds_are_printable_never_worse_and_repeats_itself(apart, goal):
     problem = Problem.build(hatch(random_walk(3, 3, seed=4)).segments, first=0)
-    options = Options(objective=goal, seed=7)
-    start = greedy(problem, options).oriented
+    start = searched(greedy, problem).oriented
     ends = []
     for _ in range(2):
-        incumbent = Incumbent(problem, options, start)
-        assert anneal_and_merge(
-            problem, options, neighbours(problem, goal), incumbent, apart=apart, windows=True
-        )
-        assert problem.refusal(incumbent.oriented >> 1) is None
-        ends.append(incumbent.oriented)
+        search = Search(problem, objective=goal, seed=7, initial=start)
+        assert anneal_and_merge(search, apart=apart, windows=True)
+        assert problem.refusal(search.oriented >> 1) is None
+        ends.append(search.oriented)
     assert np.array_equal(*ends)
     assert true_cost(problem, goal, ends[0]) < true_cost(problem, goal, start)

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import searched
 
 from slicer import generate
 from slicer.hatch import hatch
 from slicer.sequence import Problem
 from slicer.sequence.construct.hill_climbing import greedy
 from slicer.sequence.layered.windows import window_search
-from slicer.sequence.problem.method import Options
+from slicer.sequence.problem.search import Search
 
 
 def travel(problem: Problem, oriented: np.ndarray) -> float:
@@ -28,9 +29,9 @@ def test_printable_and_no_worse_with_the_start_kept(sheet, seed, length, free, f
     segments = sheet(seed, 40)
     first = None if free else int(Problem.build(segments).starts[-1] >> 1)
     problem = Problem.build(segments, first=first, first_flipped=flipped)
-    before = greedy(problem, Options()).oriented
+    before = searched(greedy, problem).oriented
     copy = before.copy()
-    after = window_search(problem, Options(effort="quick"), before, length=length)
+    after = window_search(Search(problem, effort="quick"), before, length=length)
     assert (before == copy).all()
     assert problem.refusal(after >> 1) is None
     assert after[0] in problem.starts
@@ -41,17 +42,17 @@ def test_printable_and_no_worse_with_the_start_kept(sheet, seed, length, free, f
 @given(seed=st.integers(0, 10**6), free=st.booleans())
 def test_a_window_over_everything_finds_the_optimum(sheet, optimum, seed, free):
     problem = Problem.build(sheet(seed, 8), first=None if free else 0)
-    before = greedy(problem, Options()).oriented
-    after = window_search(problem, Options(), before, length=8)
+    before = searched(greedy, problem).oriented
+    after = window_search(Search(problem), before, length=8)
     assert travel(problem, after) == pytest.approx(optimum(problem), abs=1e-9)
 
 
 def test_improves_greedy_and_is_deterministic():
     problem = Problem.build(hatch(generate.random_walk(4, 4, seed=5)).segments, first=0)
-    before = greedy(problem, Options()).oriented
-    after = window_search(problem, Options(), before)
+    before = searched(greedy, problem).oriented
+    after = window_search(Search(problem), before)
     assert travel(problem, after) < 0.8 * travel(problem, before)
-    assert (window_search(problem, Options(), before) == after).all()
+    assert (window_search(Search(problem), before) == after).all()
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
@@ -59,4 +60,4 @@ def test_next_to_nothing(count):
     segments = np.array([[[0.0, k], [1.0, k]] for k in range(count)]).reshape(-1, 2, 2)
     problem = Problem.build(segments, first=None)
     oriented = (2 * np.arange(count)).astype(np.int32)
-    assert len(window_search(problem, Options(), oriented)) == count
+    assert len(window_search(Search(problem), oriented)) == count

@@ -9,8 +9,8 @@ from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
 from slicer.sequence.portfolio import surrogates
-from slicer.sequence.problem.method import Found, Options, Progress
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Progress, Search
 from slicer.sequence.problem.sequence_cost import true_cost
 
 MACHINE = {"clearance_mm": 0.2, "speed_mm_s": (20.0, 20.0, 2.0), "acceleration_mm_s2": (500.0, 500.0, 30.0)}
@@ -48,16 +48,16 @@ def test_whoever_listens_changes_nothing(objective):
 def test_when_time_is_short_the_own_kind_comes_first(objective, own):
     aimed: list[str] = []
 
-    def method(problem: Problem, options: Options) -> Found:
-        aimed.append(options.objective.name)
-        time.sleep(max(0.0, options.deadline - time.perf_counter()))
-        return Found(options.initial, stopped=True)
+    def method(search: Search) -> None:
+        aimed.append(search.objective.name)
+        time.sleep(max(0.0, search.deadline - time.perf_counter()))
+        assert search.should_stop()
 
     problem = sheet()
     start = solve(problem, method="greedy")
     oriented = (2 * start.order + start.flipped).astype(np.int32)
-    options = Options(objective=objective, initial=oriented, deadline=time.perf_counter() + 2)
-    found = surrogates.search_by_surrogates(problem, method, None, options, refined=True, windows=False)
+    found = Search(problem, objective=objective, initial=oriented, deadline=time.perf_counter() + 2)
+    surrogates.search_by_surrogates(found, method, None, refined=True, windows=False)
     assert aimed == [own]
     assert found.stopped
     # What the stopped search has found is refined all the same.
@@ -65,8 +65,9 @@ def test_when_time_is_short_the_own_kind_comes_first(objective, own):
 
 
 def test_ctrl_c_in_the_first_search_ends_them_all(monkeypatch):
-    def method(problem: Problem, options: Options) -> Found:
-        return Found(options.initial, stopped=True)
+    def method(search: Search) -> None:
+        search.nodes_visited += 1
+        raise KeyboardInterrupt
 
     def too_late(*_):
         raise AssertionError("Ctrl-C had come before")
@@ -74,20 +75,22 @@ def test_ctrl_c_in_the_first_search_ends_them_all(monkeypatch):
     monkeypatch.setattr(surrogates, "refine", too_late)
     problem = sheet()
     start = solve(problem, method="greedy")
-    options = Options(objective=GOALS[1], initial=(2 * start.order + start.flipped).astype(np.int32))
-    found = surrogates.search_by_surrogates(problem, method, method, options, refined=True, windows=True)
-    assert found.stopped
+    found = Search(problem, objective=GOALS[1], initial=(2 * start.order + start.flipped).astype(np.int32))
+    with pytest.raises(KeyboardInterrupt):
+        surrogates.search_by_surrogates(found, method, method, refined=True, windows=True)
+    assert found.nodes_visited == 1
 
 
 def test_what_every_search_counts_is_added_up(monkeypatch):
-    def method(problem: Problem, options: Options) -> Found:
-        return Found(options.initial, 10, 100)
+    def method(search: Search) -> None:
+        search.nodes_visited += 10
+        search.states_created += 100
 
     problem = sheet()
     start = solve(problem, method="greedy")
     oriented = (2 * start.order + start.flipped).astype(np.int32)
-    options = Options(objective=GOALS[0], initial=oriented, effort="quick")
-    found = surrogates.search_by_surrogates(problem, method, method, options, refined=True, windows=False)
+    found = Search(problem, objective=GOALS[0], initial=oriented, effort="quick")
+    surrogates.search_by_surrogates(found, method, method, refined=True, windows=False)
     assert (found.nodes_visited, found.states_created) == (30, 300)
     greedy = solve(problem, method="greedy", objective=GOALS[0])
     assert greedy.nodes_visited == start.nodes_visited == problem.n

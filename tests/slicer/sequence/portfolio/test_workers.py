@@ -13,8 +13,8 @@ import pytest
 from slicer.errors import SequenceError
 from slicer.sequence import METHODS, Problem, solve
 from slicer.sequence.portfolio.workers import STRIDE, run_workers
-from slicer.sequence.problem.method import Options
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Search
 
 MACHINE = {"clearance_mm": 0.2, "speed_mm_s": (30.0, 50.0, 5.0), "acceleration_mm_s2": (500.0, 500.0, 50.0)}
 GOALS = [Objective(), Objective("routed", **MACHINE), Objective("time", **MACHINE)]
@@ -116,4 +116,4 @@ class Fatal:
 def test_a_worker_that_is_killed_is_told_of():
     problem = Problem.build([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 1.0], [1.0, 1.0]]])
     with pytest.raises(SequenceError, match="one of the 2 workers ended without an answer"):
-        run_workers(problem, print, Fatal(), Options(), 2)
+        run_workers(Search(problem), print, Fatal(), 2)

@@ -7,7 +7,9 @@ from slicer.sequence import Result, solve
 
 
 def result(travel, bound):
-    return Result(np.arange(2), np.zeros(2, bool), travel, bound, 0, 0, "exact", 0, 0.0, cost=travel)
+    return Result(
+        np.arange(2), np.zeros(2, bool), travel, bound, 0, 0, "exact", 0, 0.0, cost=travel, lower_bound=bound
+    )
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slicer.sequence import Problem, solve
+from slicer.sequence.construct.initial import start_along_levels
 from slicer.sequence.local_search.block_exchange import new_tour
-from slicer.sequence.local_search.start import reach_local_optimum, start_search
+from slicer.sequence.local_search.start import reach_local_optimum, tour_of
 from slicer.sequence.problem.directions import directed
-from slicer.sequence.problem.method import Options
 from slicer.sequence.problem.neighbour_lists import neighbours
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.random_numbers import Draws
+from slicer.sequence.problem.search import Search
 from slicer.sequence.problem.travel_cost import direct_sum
 from slicer.sequence.tree_search.rollouts import search_stretches
 from slicer.sequence.tree_search.tree import (
@@ -91,9 +93,10 @@ def test_search_keeps_the_sequence_printable_and_never_makes_it_worse(segments, 
 
 def test_a_quick_search_is_far_below_greedy_and_plain_descent(reference):
     problem, _ = reference("10x10_s1")
-    options = Options()
-    _, work, _ = start_search(problem, options, 2, along_levels=True)
-    reach_local_optimum(work, options)
+    search = Search(problem)
+    start_along_levels(search)
+    work = tour_of(search, search.oriented)
+    reach_local_optimum(search, work)
     assert work.total < 0.6 * solve(problem, method="greedy").travel_mm
     assert solve(problem, method="mcts", effort="quick").travel_mm < 0.92 * work.total
 
@@ -108,8 +111,10 @@ def test_rollouts_are_ranked_by_the_objective(reference):
     problem, _ = reference("4x4_s1")
 
     def seconds(objective):
-        _, work, state = start_search(problem, Options(), 2, along_levels=True)
-        work = new_tour(problem, objective, neighbours(problem, objective), work.oriented)
+        search = Search(problem)
+        start_along_levels(search)
+        work = new_tour(problem, objective, neighbours(problem, objective), search.oriented)
+        state = search.random_state(Draws.TREES)
         search_stretches(work, state, work.fixed, problem.n + 1, 10, 50)
         return direct_sum(problem.segments, SLOW_UPWARDS.cost_model, work.oriented)
 

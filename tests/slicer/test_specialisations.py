@@ -1,0 +1,60 @@
+"""No kernel is compiled twice for one job: neither for a constant nor for another width of whole numbers."""
+
+import importlib
+import pkgutil
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+import slicer
+from slicer import grid, travel
+from slicer.hatch import hatch
+from slicer.kernels import inner_kernel, kernel, widest
+from slicer.sequence import Problem, solve
+from slicer.sequence.problem import Objective
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
+
+
+@inner_kernel
+def _half(values, k, places):
+    return values[k] + places[0] + places[1]
+
+
+@kernel
+def _calls_it(values, index):
+    total = 0.0
+    for k in range(len(values)):
+        total += _half(values, k, (0, k)) + _half(values, 0, (index[k], 1)) + _half(values, index[k], (1, 2))
+    return total
+
+
+def test_constants_and_widths_share_one_specialisation():
+    assert _calls_it(np.arange(3.0), np.array([0, 1, 2], np.int32)) == 24.0
+    assert len(_half.signatures) == 1
+
+
+def specialisations():
+    """How often each kernel has been compiled for the same types, now or by the run that left it on disk."""
+    made = Counter()
+    for name in [module.name for module in pkgutil.walk_packages(slicer.__path__, "slicer.")]:
+        for found in vars(importlib.import_module(name)).values():
+            if isinstance(found, Dispatcher) and found.__module__ == name:
+                kept = {signature for signature, *_ in found._cache._cache_file._load_index()}
+                for signature in kept | {tuple(one) for one in found.signatures}:
+                    made[name, found.__name__, tuple(map(widest, signature))] += 1
+    return made
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_compiles_nothing_twice(example):
+    segments = hatch(grid.read(example)).segments[:120]
+    problem = Problem.build(segments)
+    result = solve(problem, effort="quick", objective=Objective("time", 0.2))
+    travel.plan(problem.segments, result.order, result.flipped, clearance_mm=0.2)
+    made = specialisations()
+    assert len(made) > 90
+    assert [one for one, count in made.items() if count > 1] == []
