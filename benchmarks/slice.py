@@ -19,14 +19,15 @@ from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 
-STAGES = ["load", "hatch", "precedence", "greedy", "routing", "emit", "check"]
+STAGES = ["load", "hatch", "precedence", "greedy", "routing", "emit", "estimate", "check"]
+"""The estimate is part of emitting too, where it is made for the head."""
 
 
 def measure(size: int) -> dict[str, float]:
     """Seconds of each stage for a random walk of ``size`` x ``size`` tiles, toolpaths, peak MB."""
     import gcode.check
     import profiles
-    from gcode import emit, program
+    from gcode import emit, estimate, program
     from slicer import generate, grid, hatch, sequence, travel
 
     # All that compiles or imports is done once on a small sheet before the clock starts.
@@ -52,6 +53,8 @@ def measure(size: int) -> dict[str, float]:
             tile = lines.tile[result.order]
             made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
             part_file.write_text("\n".join(emit.emit(made, profile, {})))
+            marks.append(time.perf_counter())
+            estimate.times_of(made.moves, profile)
             marks.append(time.perf_counter())
             report = gcode.check.check_file(part_file, profile, sheet)
             marks.append(time.perf_counter())

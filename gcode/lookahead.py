@@ -123,8 +123,9 @@ def _klipper_junctions(queue: Queue, gain: Floats, corner_mm_s: float, instant_m
     # The deviation goes with the acceleration that is asked for: what an axis slows turns slower too.
     part = queue.acceleration / queue.asked
     turning = corner_mm_s**2 * (np.sqrt(2) - 1) * np.minimum(part[1:], part[:-1])
-    square = np.where(bends, radius * turning, np.inf)
-    square = np.where(bends, np.minimum(square, np.minimum(gain[1:], gain[:-1]) * tangent), square)
+    with np.errstate(invalid="ignore"):  # where nothing bends the radius is infinite
+        bound = np.minimum(radius * turning, np.minimum(gain[1:], gain[:-1]) * tangent)
+    square = np.where(bends, bound, np.inf)
     nominal = np.minimum(queue.speed[1:], queue.speed[:-1]) ** 2
     square = np.minimum(np.minimum(square, nominal), np.where(np.isnan(jump), np.inf, jump**2))
     stops = queue.begins[1:] | ~queue.moves_nozzle[1:] | ~queue.moves_nozzle[:-1]
