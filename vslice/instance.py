@@ -6,9 +6,10 @@ null}``, in mm; other keys are ignored.
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slicer import grid
 from slicer.errors import GridError, SlicerError
@@ -18,8 +19,20 @@ from vslice.pipeline import hatched, problem_of
 from vslice.reading import read_grid
 
 
-def load_problem(path: Path, start: str) -> Problem:
-    """The sequencing problem of a grid file or of an instance.
+class Instance(NamedTuple):
+    """A sheet to be ordered.
+
+    Attributes:
+        problem: its sequencing problem.
+        spacing_mm: float64 (n,), the spacing of each toolpath; None where the file does not say.
+    """
+
+    problem: Problem
+    spacing_mm: NDArray[np.float64] | None
+
+
+def load_instance(path: Path, start: str) -> Instance:
+    """The sheet of a grid file, or of an instance.
 
     Args:
         start: "corner" is the lowest toolpath of the bottom left tile of a grid, at its lower end, and the
@@ -31,14 +44,17 @@ def load_problem(path: Path, start: str) -> Problem:
     """
     data = _json_object(path)
     if data is None or not ({"segments", "first"} & data.keys()):
-        return problem_of(hatched(read_grid(path)).segments, start)
+        sheet = read_grid(path)
+        lines = hatched(sheet)
+        return Instance(
+            problem_of(lines.segments, start), sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+        )
     problems = _problems(data)
     if problems:
         raise GridError(str(path), problems)
     try:
-        return Problem.build(
-            np.array(data["segments"], np.float64), first=data["first"] if start == "corner" else None
-        )
+        first = data["first"] if start == "corner" else None
+        return Instance(Problem.build(np.array(data["segments"], np.float64), first=first), None)
     except SlicerError as error:
         raise GridError(str(path), [str(error)]) from None
 

@@ -68,22 +68,31 @@ def table_of_methods(grids: int, effort: str, step: Steps) -> str:
 
     The optimum is proved for each grid; where it is not, the best bound stands for it and says so.
     """
-    heads = ["grids", "method", "J mean", "above optimum %", "below greedy %", "nodes", "states", "seconds"]
+    heads = [
+        "grids",
+        "method",
+        "J mean [mm]",
+        "above optimum %",
+        "below greedy %",
+        "nodes",
+        "states",
+        "run [s]",
+    ]
     lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
-    profile, methods = profiles.load("marlin-generic"), list(sequence.METHODS)
+    machine, methods = study.Machine(profiles.load("marlin-generic")), list(sequence.METHODS)
     for tiles in TABLE_ONE:
         tables = []
         for seed in range(grids):
             problem = problem_of(hatch(random_walk(tiles, tiles, seed=seed)).segments, "corner")
             if seed == 0:
-                study.warm_up(problem, methods, "straight", profile)
+                study.warm_up(problem, methods, "straight", machine)
             rows, _ = study.run_methods(
                 problem,
                 methods,
                 seeds=1,
                 effort=effort,
                 objective="straight",
-                profile=profile,
+                machine=machine,
                 step=Within(step, f"{tiles}x{tiles} tiles, grid {seed + 1} of {grids}"),
             )
             tables.append(rows)

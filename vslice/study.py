@@ -6,15 +6,16 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gcode import program
 from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
-from slicer.sequence.problem import ObjectiveName, Progress, true_cost
+from slicer.sequence.problem import ObjectiveName, Progress
 from vslice.objective import objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
 from vslice.session import Steps, so_far
@@ -29,7 +30,7 @@ UNITS: dict[ObjectiveName, str] = {"straight": "mm", "routed": "mm", "time": "s"
 AXIS: dict[ObjectiveName, str] = {
     "straight": "straight travel J [mm]",
     "routed": "routed travel [mm]",
-    "time": "time of travels [s]",
+    "time": "time of travels from stop to stop [s]",
 }
 
 PARTS = (60, 300)
@@ -40,9 +41,12 @@ PARTS = (60, 300)
 class Row:
     """A method on one sheet over several seeds; travel in mm, times in s, whatever the objective.
 
-    ``travel`` is the straight travel J. ``travel_bound_mm`` is what this method has proved.
-    ``travel_gap_percent`` is how far the mean J is above the best bound that any method has proved,
-    ``travel_below_greedy_percent`` how far it is below greedy's J. ``seconds`` is the median run.
+    ``travel`` is the straight travel J, ``time_mean_s`` the seconds of all travels as ``vslice slice``
+    estimates them. ``cost_mean`` is what was minimised, in mm or s, and ``cost_bound`` what this method has
+    proved of it; the search counts the time of a travel from stop to stop. ``travel_bound_mm`` is what this
+    method has proved of J. ``travel_gap_percent`` is how far the mean J is above the best bound that any
+    method has proved, ``travel_below_greedy_percent`` how far it is below greedy's J. ``seconds`` is the
+    median run.
     """
 
     method: str
@@ -50,6 +54,8 @@ class Row:
     travel_best_mm: float
     routed_mean_mm: float
     time_mean_s: float
+    cost_mean: float
+    cost_bound: float | None
     travel_bound_mm: float | None
     travel_gap_percent: float | None
     travel_below_greedy_percent: float
@@ -69,17 +75,34 @@ class Trace:
 
 HEADINGS = {
     "method": "method",
-    "travel_mean_mm": "J mean",
-    "travel_best_mm": "J best",
-    "routed_mean_mm": "routed",
-    "time_mean_s": "travel s",
-    "travel_bound_mm": "J bound",
+    "travel_mean_mm": "J mean [mm]",
+    "travel_best_mm": "J best [mm]",
+    "routed_mean_mm": "routed [mm]",
+    "time_mean_s": "travel time [s]",
+    "cost_mean": "minimised",
+    "cost_bound": "its bound",
+    "travel_bound_mm": "J bound [mm]",
     "travel_gap_percent": "J above bound %",
     "travel_below_greedy_percent": "J below greedy %",
     "nodes_visited": "nodes",
     "states_created": "states",
-    "seconds": "seconds",
+    "seconds": "run [s]",
 }
+COSTS = ("cost_mean", "cost_bound")
+"""Columns that repeat J where J is what was minimised."""
+
+
+class Machine(NamedTuple):
+    """What travels are timed on.
+
+    Attributes:
+        profile: the machine.
+        spacing_mm: float64 (n,), of each toolpath; None takes the width of a bead, which changes no travel
+            by more than its corners.
+    """
+
+    profile: Profile
+    spacing_mm: NDArray[np.float64] | None = None
 
 
 def runs(methods: Sequence[str], seeds: int, objective: ObjectiveName) -> list[tuple[str, int]]:
@@ -92,7 +115,7 @@ def runs(methods: Sequence[str], seeds: int, objective: ObjectiveName) -> list[t
     ]
 
 
-def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, profile: Profile) -> None:
+def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, machine: Machine) -> None:
     """Load, or compile, the code of methods on small parts of a sheet, so that no run is charged for it."""
     order = sequence.solve(problem, method="greedy").order
     for toolpaths in sorted({min(part, problem.n) for part in PARTS}):
@@ -100,9 +123,9 @@ def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, 
         part = Problem.build(problem.segments[np.sort(order[:toolpaths])])
         for method in dict.fromkeys([*methods, "greedy"]):
             result = sequence.solve(
-                part, method=method, effort="quick", objective=objective_of(profile, objective)
+                part, method=method, effort="quick", objective=objective_of(machine.profile, objective)
             )
-            _measured(part, result, profile)
+            _measured(part, result, Machine(machine.profile))
 
 
 def run_methods(
@@ -112,7 +135,7 @@ def run_methods(
     seeds: int,
     effort: str,
     objective: ObjectiveName,
-    profile: Profile,
+    machine: Machine,
     step: Steps,
 ) -> tuple[list[Row], list[Trace]]:
     """Solve a problem with each method and each seed from 0; ``step`` is told what begins and how it goes.
@@ -137,14 +160,14 @@ def run_methods(
             method=method,
             seed=seed,
             effort=effort,
-            objective=objective_of(profile, objective),
+            objective=objective_of(machine.profile, objective),
             progress=watch,
         )
         if result.stopped:
             raise KeyboardInterrupt  # the method has answered it, but half a run belongs in no table
         trace.points.append((result.runtime_s, result.cost))
         found.setdefault(method, []).append(result)
-        measured.setdefault(method, []).append(_measured(problem, result, profile))
+        measured.setdefault(method, []).append(_measured(problem, result, machine))
         if method in methods:
             traces.append(trace)
     bounds = [r.lower_bound_mm for results in found.values() for r in results if r.lower_bound_mm is not None]
@@ -156,13 +179,16 @@ def run_methods(
     return rows, traces
 
 
-def _measured(problem: Problem, result: Result, profile: Profile) -> tuple[float, float]:
-    """Routed travel in mm, and the seconds of all travels, on a machine."""
+def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float, float]:
+    """Routed travel in mm, and the estimated seconds of all travels, on a machine."""
+    profile, spacing_mm = machine
     plan = travel.plan(
         problem.segments, result.order, result.flipped, clearance_mm=profile.motion.clearance_mm
     )
-    oriented: NDArray[np.int32] = (2 * result.order + result.flipped).astype(np.int32)
-    return plan.routed_mm, true_cost(problem, objective_of(profile, "time"), oriented)
+    spacing = (
+        np.full(problem.n, profile.material.width_mm) if spacing_mm is None else spacing_mm[result.order]
+    )
+    return plan.routed_mm, program.lay_out(plan, profile, spacing).times.travel_s
 
 
 def _row(
@@ -182,6 +208,8 @@ def _row(
         travel_best_mm=min(travel_mm),
         routed_mean_mm=float(routed_mm),
         time_mean_s=float(time_s),
+        cost_mean=float(np.mean([result.cost for result in results])),
+        cost_bound=max((r.lower_bound for r in results if r.lower_bound is not None), default=None),
         travel_bound_mm=max(own, default=None),
         travel_gap_percent=100 * (mean / bound - 1) if bound else None,
         travel_below_greedy_percent=100 * (1 - mean / greedy_mm) if greedy_mm else 0.0,
@@ -191,8 +219,8 @@ def _row(
     )
 
 
-def as_text(rows: Sequence[Row], file_format: str) -> str:
-    """The table as "csv", "json" or "md"."""
+def as_text(rows: Sequence[Row], file_format: str, objective: ObjectiveName) -> str:
+    """The table as "csv", "json" or "md"; in Markdown without what repeats J."""
     records: list[dict[str, Any]] = [asdict(row) for row in rows]
     if file_format == "json":
         return json.dumps(records, indent=1) + "\n"
@@ -202,8 +230,11 @@ def as_text(rows: Sequence[Row], file_format: str) -> str:
         writer.writeheader()
         writer.writerows(records)
         return out.getvalue()
-    lines = ["| " + " | ".join(HEADINGS.values()) + " |", "|---" * len(HEADINGS) + "|"]
-    lines += ["| " + " | ".join(_cell(key, record[key]) for key in HEADINGS) + " |" for record in records]
+    heads = {key: f"{head} [{UNITS[objective]}]" if key in COSTS else head for key, head in HEADINGS.items()}
+    if objective == "straight":
+        heads = {key: head for key, head in heads.items() if key not in COSTS}
+    lines = ["| " + " | ".join(heads.values()) + " |", "|---" * len(heads) + "|"]
+    lines += ["| " + " | ".join(_cell(key, record[key]) for key in heads) + " |" for record in records]
     return "\n".join(lines) + "\n"
 
 
@@ -211,7 +242,7 @@ def _cell(key: str, value: Any) -> str:
     if value is None:
         return ""
     if isinstance(value, float):
-        digits = 4 if key.endswith("_mm") else 2
+        digits = 4 if key.endswith("_mm") or key in COSTS else 2
         return f"{round(value, digits) + 0.0:.{digits}f}"  # no negative zero
     return str(value)
 

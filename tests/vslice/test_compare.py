@@ -5,6 +5,7 @@ import io
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import time
@@ -15,26 +16,27 @@ import numpy as np
 import pytest
 
 import profiles
+from gcode import program
 from slicer import sequence, travel
 from slicer.sequence.problem.search import Progress
 from vslice import session, study
-from vslice.instance import load_problem
+from vslice.instance import load_instance
 from vslice.objective import objective_of
 
 ONE_TILE = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
 REFERENCE = Path(__file__).parents[1] / "data" / "reference"
 HEADS = [
     "method",
-    "J mean",
-    "J best",
-    "routed",
-    "travel s",
-    "J bound",
+    "J mean [mm]",
+    "J best [mm]",
+    "routed [mm]",
+    "travel time [s]",
+    "J bound [mm]",
     "J above bound %",
     "J below greedy %",
     "nodes",
     "states",
-    "seconds",
+    "run [s]",
 ]
 KEYS = [
     "method",
@@ -42,6 +44,8 @@ KEYS = [
     "travel_best_mm",
     "routed_mean_mm",
     "time_mean_s",
+    "cost_mean",
+    "cost_bound",
     "travel_bound_mm",
     "travel_gap_percent",
     "travel_below_greedy_percent",
@@ -49,6 +53,11 @@ KEYS = [
     "states_created",
     "seconds",
 ]
+
+
+def estimated(plan, profile):
+    """Seconds of all travels as ``slice`` puts them into its table; an instance has no spacing."""
+    return program.lay_out(plan, profile, np.full(len(plan.toolpaths), 0.4)).times.travel_s
 
 
 def travel_times(plan, motion, machine):
@@ -92,7 +101,7 @@ def travel_times(plan, motion, machine):
 @pytest.fixture(scope="module")
 def expected():
     """The table of aco, exact and greedy on 3x3 tiles with two seeds, without ``study``; but no seconds."""
-    problem = load_problem(REFERENCE / "3x3_s1.json", "corner")
+    problem = load_instance(REFERENCE / "3x3_s1.json", "corner").problem
     profile = profiles.load("marlin-generic", ("motion.clearance_mm=0.3",))
     found = {
         method: [sequence.solve(problem, method=method, seed=seed, effort="quick") for seed in seeds]
@@ -114,8 +123,9 @@ def expected():
                 "travel_mean_mm": mean,
                 "travel_best_mm": min(straight),
                 "routed_mean_mm": sum(plan.routed_mm for plan in plans) / len(plans),
-                "time_mean_s": sum(travel_times(plan, profile.motion, profile.machine) for plan in plans)
-                / len(plans),
+                "time_mean_s": sum(estimated(plan, profile) for plan in plans) / len(plans),
+                "cost_mean": mean,
+                "cost_bound": bound if method == "exact" else None,
                 "travel_bound_mm": bound if method == "exact" else None,
                 "travel_gap_percent": (mean - bound) / bound * 100,
                 "travel_below_greedy_percent": None,
@@ -177,7 +187,8 @@ def test_every_cell_of_the_table(run, expected, monkeypatch, name):
         assert [cell.strip() for cell in head.strip("|").split("|")] == HEADS
         assert rule == "|---" * len(HEADS) + "|"
         for line, want in zip(lines, wanted, strict=True):
-            assert line == "| " + " | ".join(cell(key, want[key]) for key in KEYS) + " |"
+            shown = [key for key in KEYS if not key.startswith("cost_")]
+            assert line == "| " + " | ".join(cell(key, want[key]) for key in shown) + " |"
 
 
 def assert_same(row, want):
@@ -209,9 +220,50 @@ def test_greedy_counts_for_the_column_below_it_even_where_it_has_no_row(run, exp
     assert row["travel_below_greedy_percent"] == pytest.approx(expected[1]["travel_below_greedy_percent"])
 
 
+def test_what_was_minimised_and_its_bound_stand_in_its_own_unit(run):
+    rows = {}
+    for objective in ("routed", "time"):
+        call = ["compare", REFERENCE / "2x2_s1.json", "--methods", "greedy,exact", "--objective", objective]
+        out = run(*call)[1]
+        head = [cell.strip() for cell in out.splitlines()[0].split("|")]
+        assert f"minimised [{'s' if objective == 'time' else 'mm'}]" in head
+        rows[objective] = [
+            dict(zip(head, [cell.strip() for cell in line.split("|")], strict=True))
+            for line in out.splitlines()[2:]
+        ]
+    greedy, proved = rows["time"]
+    problem, profile = (
+        load_instance(REFERENCE / "2x2_s1.json", "corner").problem,
+        profiles.load("marlin-generic"),
+    )
+    result = sequence.solve(problem, method="greedy", objective=objective_of(profile, "time"))
+    plan = travel.plan(
+        problem.segments, result.order, result.flipped, clearance_mm=profile.motion.clearance_mm
+    )
+    by_hand = travel_times(plan, profile.motion, profile.machine)
+    assert float(greedy["minimised [s]"]) == pytest.approx(by_hand, abs=0.006)
+    assert float(greedy["travel time [s]"]) < by_hand  # the machine rounds corners
+    assert greedy["its bound [s]"] == ""
+    assert proved["its bound [s]"] == proved["minimised [s]"]
+    greedy, proved = rows["routed"]
+    assert greedy["minimised [mm]"] == pytest.approx(greedy["routed [mm]"])
+    assert proved["its bound [mm]"] == proved["minimised [mm]"]
+
+
+def test_travel_time_is_that_of_the_table_of_slice(run):
+    sheet = Path(__file__).parents[2] / "examples" / "muscle_us_8x8.json"
+    said = run(sheet, "-o", "x.gcode", "--method", "greedy", "--objective", "straight")[2]
+    out = run("compare", sheet, "--methods", "greedy", "-o", "table.json")
+    assert out[0] == 0
+    (row,) = json.loads(Path("table.json").read_text())
+    assert row["time_mean_s"] == pytest.approx(
+        float(re.search(r"^travel +([\d.]+) s", said, re.M)[1]), abs=0.06
+    )
+
+
 @pytest.mark.parametrize("objective", ["straight", "routed", "time"])
 def test_methods_that_are_run_once_draw_nothing(objective):
-    problem = load_problem(REFERENCE / "2x2_s1.json", "corner")
+    problem = load_instance(REFERENCE / "2x2_s1.json", "corner").problem
     goal = objective_of(profiles.load("marlin-generic"), objective)
     listed = study.runs(list(sequence.METHODS), 3, objective)
     once = [method for method in sequence.METHODS if listed.count((method, 1)) == 0]
@@ -311,9 +363,10 @@ def test_the_parts_call_all_that_the_sheet_calls():
     script = """
 import sys
 import profiles
+from gcode import program
 from slicer import sequence
 from vslice import study
-from vslice.instance import load_problem
+from vslice.instance import load_instance
 from vslice.objective import objective_of
 from pathlib import Path
 
@@ -325,13 +378,13 @@ def loaded():
         for signature in value.signatures
     }
 
-problem = load_problem(Path(sys.argv[1]), "corner")
-profile = profiles.load("marlin-generic")
+problem = load_instance(Path(sys.argv[1]), "corner").problem
 methods = ["auto", "mcts"]
-study.warm_up(problem, methods, "straight", profile)
+machine = study.Machine(profiles.load("marlin-generic"))
+study.warm_up(problem, methods, "straight", machine)
 before = loaded()
 assert len(before) > 20
-study.run_methods(problem, methods, seeds=1, effort="default", objective="straight", profile=profile,
+study.run_methods(problem, methods, seeds=1, effort="default", objective="straight", machine=machine,
                   step=study.Steps())
 assert loaded() == before, loaded() - before
 """
@@ -351,7 +404,10 @@ def test_the_picture_shows_what_was_asked_for_and_nothing_else(drawn):
 
 @pytest.mark.parametrize(
     ("objective", "label", "key"),
-    [("routed", "routed travel [mm]", "routed_mean_mm"), ("time", "time of travels [s]", "time_mean_s")],
+    [
+        ("routed", "routed travel [mm]", "routed_mean_mm"),
+        ("time", "time of travels from stop to stop [s]", "cost_mean"),
+    ],
 )
 def test_the_picture_of_another_objective_is_in_its_own_unit(drawn, objective, label, key):
     axes, _ = drawn("--methods", "auto", "--seeds", "1", "--objective", objective, "-o", "table.json")
@@ -493,5 +549,5 @@ def test_what_is_neither_grid_nor_instance_is_read_as_a_grid(run, text, says):
 def test_the_start_of_an_instance_is_its_own_or_free(run):
     Path("good.json").write_text(instance(name="two", first=None))
     assert run("compare", "good.json", "--methods", "greedy")[0] == 0
-    assert load_problem(REFERENCE / "2x2_s1.json", "corner").first == 0
-    assert load_problem(REFERENCE / "2x2_s1.json", "free").first is None
+    assert load_instance(REFERENCE / "2x2_s1.json", "corner").problem.first == 0
+    assert load_instance(REFERENCE / "2x2_s1.json", "free").problem.first is None

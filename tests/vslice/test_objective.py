@@ -1,20 +1,27 @@
 """From a machine to an objective: the numbers of each shipped profile, and travel times by hand."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import profiles
-from slicer.sequence import Problem
+from gcode import program
+from gcode.estimate import START_DELAY_S
+from slicer import grid, travel
+from slicer.hatch import hatch
+from slicer.sequence import Problem, solve
 from slicer.sequence.problem.sequence_cost import true_cost
 from slicer.sequence.problem.travel_cost import direct_cost
 from vslice.objective import objective_name, objective_of
 
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 # travel speed, x, y of the sheet; the same of accelerations; fixed time, and from which length on
 SHIPPED = {
     # Speeds and accelerations of the schema's defaults; 1 mm back and 1 mm forth at 30 mm/s.
     "marlin-generic": ((100, 200, 10), (500, 1000, 100), 2 / 30, 1.5),
     # The valve opens in 0.06 s and closes in 0.04 s, around every travel that there is.
-    "marlin-pneumatic": ((60, 100, 10), (300, 500, 100), 0.1, 1e-6),
+    "marlin-pneumatic": ((60, 100, 10), (300, 500, 100), 0.1 + START_DELAY_S, 1e-6),
     # 0.05 mm of plunger back and forth at 2 mm/s.
     "marlin-syringe": ((60, 100, 10), (300, 500, 100), 0.05, 2.0),
 }
@@ -27,9 +34,9 @@ TRAVELS = {
     # y allows 10 / 0.8 = 12.5 mm/s and 100 / 0.8 = 125 mm/s²
     ("marlin-generic", 30.0, 40.0): 0.1 + 48.75 / 12.5 + 0.1 + 2 / 30,
     # 60 mm/s at 300 mm/s²: 0.2 s and 6 mm up and down each
-    ("marlin-pneumatic", 40.0, 0.0): 0.2 + 28 / 60 + 0.2 + 0.1,
-    ("marlin-pneumatic", 0.0, -40.0): 0.1 + 39 / 10 + 0.1 + 0.1,
-    ("marlin-pneumatic", 0.01, 0.0): 2 * 0.0057735027 + 0.1,
+    ("marlin-pneumatic", 40.0, 0.0): 0.2 + 28 / 60 + 0.2 + 0.1 + START_DELAY_S,
+    ("marlin-pneumatic", 0.0, -40.0): 0.1 + 39 / 10 + 0.1 + 0.1 + START_DELAY_S,
+    ("marlin-pneumatic", 0.01, 0.0): 2 * 0.0057735027 + 0.1 + START_DELAY_S,
     ("marlin-pneumatic", 0.0, 0.0): 0.0,
     ("marlin-syringe", 40.0, 0.0): 0.2 + 28 / 60 + 0.2 + 0.05,
     ("marlin-syringe", 0.0, 1.9): 0.1 + 0.9 / 10 + 0.1,
@@ -100,3 +107,31 @@ def test_an_objectives_name_is_read():
     assert [objective_name(name) for name in ("straight", "routed", "time")] == ["straight", "routed", "time"]
     with pytest.raises(ValueError, match="beauty"):
         objective_name("beauty")
+
+
+def test_klipper_holds_no_move_back_behind_a_dwell():
+    marlin, klipper = (
+        objective_of(profiles.load("marlin-pneumatic", [f'machine.planner="{planner}"']), "time").fixed_s
+        for planner in ("marlin", "klipper")
+    )
+    assert marlin == pytest.approx(klipper + START_DELAY_S)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_where_every_travel_is_from_stop_to_stop_the_objective_is_the_estimated_time(example):
+    """A valve stops the machine around each travel; elsewhere it rounds corners, and the objective is above."""
+    sheet = grid.read(example)
+    lines = hatch(sheet)
+    problem = Problem.build(lines.segments, first=0)
+    result = solve(problem, method="greedy")
+    oriented = (2 * result.order + result.flipped).astype(np.int32)
+    tile = lines.tile[result.order]
+    for name in ("marlin-pneumatic", "marlin-generic", "marlin-syringe"):
+        profile = profiles.load(name)
+        counted = true_cost(problem, objective_of(profile, "time"), oriented)
+        clearance = profile.motion.clearance_mm
+        plan = travel.plan(problem.segments, result.order, result.flipped, clearance_mm=clearance)
+        made = program.lay_out(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+        if name == "marlin-pneumatic":
+            assert counted == pytest.approx(made.times.travel_s, rel=0.05)
+        assert counted > 0.98 * made.times.travel_s

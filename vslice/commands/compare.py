@@ -70,10 +70,12 @@ def command(
     An instance is {"segments": [[[x, y], [x, y]], ...], "first": index or null}; it begins with that
     toolpath, or anywhere with --start free.
 
-    For each method: straight travel J (mean and best of the seeds), routed travel, its seconds on the
-    profile's machine, the bound on J that it proved, how far its mean J is above the best bound of all
-    methods and below greedy's J, and what it took. Bounds are on J, and all columns named J speak of
-    straight travel, whatever --objective was aimed at.
+    For each method: straight travel J in mm (mean and best of the seeds), routed travel in mm, the seconds of
+    all travels on the profile's machine as "vslice slice" estimates them, the bound on J that it proved, how
+    far its mean J is above the best bound of all methods and below greedy's J, and the seconds of a run. All
+    columns named J speak of straight travel, whatever --objective was aimed at. With --objective routed or
+    time two more columns tell what was minimised, and its bound; the search counts the time of each travel
+    from stop to stop.
     """
     target = None if is_stdout(out) else out
     file_format = "md" if target is None else target.suffix.lstrip(".").lower()
@@ -84,7 +86,7 @@ def command(
     import profiles
     from slicer import sequence
     from vslice import study
-    from vslice.instance import load_problem
+    from vslice.instance import load_instance
     from vslice.objective import objective_name
 
     names = _methods(methods, list(sequence.METHODS))
@@ -95,18 +97,19 @@ def command(
         no_effect(", ".join(names), "effort")
     settings_without_effect("the order of toolpaths", overrides, "gcode", "printer")
     profile = profiles.load(profile_name, overrides)
-    problem = load_problem(file, start)
+    problem, spacing_mm = load_instance(file, start)
+    machine = study.Machine(profile, spacing_mm)
     if problem.first is None and start == "corner":
         no_effect("an instance without a first toolpath", "start")
     with progress(1 + len(study.runs(names, seeds, goal))) as step, compiling() as first_run:
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
         step("loading")
-        study.warm_up(problem, names, goal, profile)
+        study.warm_up(problem, names, goal, machine)
         rows, traces = study.run_methods(
-            problem, names, seeds=seeds, effort=effort, objective=goal, profile=profile, step=step
+            problem, names, seeds=seeds, effort=effort, objective=goal, machine=machine, step=step
         )
-    output.write(target, [study.as_text(rows, file_format).encode()])
+    output.write(target, [study.as_text(rows, file_format, goal).encode()])
     if plot is not None and plot_format is not None:
         from gcode import preview
 

@@ -156,11 +156,11 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     # Rounded first, so that what is shown adds up.
     parts = [round(seconds, 1) for seconds in made.times]
     printing, between, other = parts
-    return {
+    rows = {
         "toolpaths": f"{len(plan.toolpaths)}{dropped}",
         "printed length": f"{plan.printed_mm:.1f} mm",
-        "straight travel J": f"{plan.straight_mm:.3f} mm{_known(result)}",
-        "routed travel": f"{plan.routed_mm:.3f} mm",
+        "straight travel J": f"{plan.straight_mm:.3f} mm{_known_travel(result)}",
+        "routed travel": f"{plan.routed_mm:.3f} mm{_known(result) if result.objective == 'routed' else ''}",
         "material": f"{made.material_ul:.1f} µL{feed}, {made.material_ul / room:.0%} of the room for it",
         "printing": f"{printing:.1f} s",
         "travel": f"{between:.1f} s",
@@ -168,6 +168,9 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
         "estimated time": f"{sum(parts):.1f} s, without homing and heating",
         "saved": f"{_saved(sliced)}, by {result.method}{early}",
     }
+    if result.objective == "time":
+        rows["minimised"] = f"{result.cost:.1f} s of travels from stop to stop{_known(result)}"
+    return rows
 
 
 def _saved(sliced: "Sliced") -> str:
@@ -199,6 +202,13 @@ def _table(rows: Mapping[str, str]) -> str:
 
 
 def _known(result: "Result") -> str:
+    """What is known of the least cost by the objective, for people."""
+    if result.proved:
+        return "  (the least possible)"
+    return "" if result.lower_bound is None else f"  (at least {result.lower_bound:.3f})"
+
+
+def _known_travel(result: "Result") -> str:
     """What is known of the least straight travel, for people."""
     if result.travel_proved:
         return "  (the least possible)"
