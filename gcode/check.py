@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,9 @@ from gcode.ranges import SLOWEST_MM_S
 from gcode.strokes import Stroke, compare_with_hatch, prime_strokes
 from gcode.violation import Violation
 from profiles import Profile
-from slicer.grid import Grid
+
+if TYPE_CHECKING:  # it imports shapely, which a program alone does not take
+    from slicer.grid import Grid
 
 RESOLUTION_MM = 0.001
 """Positions are written with three decimals: either end of a line may be this far off."""
@@ -45,7 +48,7 @@ class Report:
     travel_mm: float
 
 
-def check_file(path: Path, profile: Profile, grid: Grid | None = None) -> Report:
+def check_file(path: Path, profile: Profile, grid: "Grid | None" = None) -> Report:
     """Replay the program in a file; see ``check``.
 
     Raises:
@@ -54,7 +57,7 @@ def check_file(path: Path, profile: Profile, grid: Grid | None = None) -> Report
     return check(read_moves(path, plane=profile.machine.plane), profile, grid)
 
 
-def check(moves: list[Move], profile: Profile, grid: Grid | None = None) -> Report:
+def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Report:
     """Replay a program and list what is wrong with it.
 
     Every extrusion must be printable, no travel may pass through printed material, every position must
@@ -226,7 +229,7 @@ def _plane(laid: list[Stroke]) -> list[Violation]:
     return found
 
 
-def _only_spacing(grid: Grid | None) -> float | None:
+def _only_spacing(grid: "Grid | None") -> float | None:
     """The height of all beads, where a grid is given and has one spacing."""
     if grid is None:
         return None

@@ -1,167 +1,171 @@
 """The upper envelope of what a program has printed so far, kept while it is replayed.
 
 It is independent of the planner's skyline on purpose, and more general: nothing is assumed of the order
-in which lines come. Pieces from left to right stand in a sorted array; each is a line with the number of
+in which lines come. Pieces from left to right stand in a sorted list; each is a line with the number of
 the program line that printed it. Upright lines, whose x-range is lost in the resolution, are kept apart.
+
+Nothing here is compiled: a line meets few pieces, which bisection finds, so that plain Python is about as
+fast, and a check begins at once.
 """
+
+from bisect import bisect_right
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
-
 NONE = -1
-# Columns of a piece or an upright: from (XL, YL) to (XR, YR), printed by line LINE.
-XL, YL, XR, YR, LINE = 0, 1, 2, 3, 4
+
+Line = tuple[float, float, float, float, int]
+"""From (xl, yl) to (xr, yr), xl <= xr, printed by a line of the program."""
+
+Obstacle = tuple[int, float, float]
+"""(program line of the deepest obstacle or NONE, how far a line passes below it in y, at which x)."""
 
 
-@kernel
-def _at(piece: NDArray[np.float64], x: float) -> float:
-    return float(piece[YL] + (piece[YR] - piece[YL]) * (x - piece[XL]) / (piece[XR] - piece[XL]))
+class _Row:
+    """Lines sorted by their right ends."""
+
+    def __init__(self) -> None:
+        self.lines: list[Line] = []
+        self.ends: list[float] = []
+        """The right end of each line."""
+
+    def first_ending_after(self, x: float) -> int:
+        return bisect_right(self.ends, x)
+
+    def splice(self, begin: int, end: int, new: list[Line]) -> None:
+        """Put ``new`` in the place of lines begin to end."""
+        self.lines[begin:end] = new
+        self.ends[begin:end] = [line[2] for line in new]
 
 
-@kernel
-def _first_ending_after(pieces: NDArray[np.float64], count: int, x: float) -> int:
-    low, high = 0, count
-    while low < high:
-        middle = (low + high) // 2
-        if pieces[middle, XR] > x:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+def _at(line: Line, x: float) -> float:
+    xl, yl, xr, yr, _ = line
+    return yl + (yr - yl) * (x - xl) / (xr - xl)
 
 
-@kernel
-def _obstacle(
-    pieces: NDArray[np.float64],
-    count: int,
-    uprights: NDArray[np.float64],
-    upright_count: int,
-    line: NDArray[np.float64],
-    tolerance: float,
-    same_x: float,
-) -> tuple[int, float, float]:
-    """What printed material a line from left to right passes below, by more than rounding explains.
+def _above_upright(pieces: _Row, uprights: _Row, line: Line, tolerance: float, same_x: float) -> Obstacle:
+    """What an upright line passes below, by more than rounding explains.
 
-    Each of the two lines may be off by ``tolerance`` at right angles, and each end by as much along x.
-
-    Returns:
-        (program line of the deepest obstacle or NONE, how far below it in y, at which x).
+    Each of two lines may be off by ``tolerance`` at right angles, and each end by as much along x.
     """
     worst, who, where = 0.0, NONE, 0.0
-    xl, xr = line[XL], line[XR]
-    if xr - xl <= 2 * tolerance:  # up or down along one x: only an upright could be there
-        low = min(line[YL], line[YR])
-        k = _first_ending_after(pieces, count, xl - tolerance)
-        while k < count and pieces[k, XL] < xl + tolerance:
-            if pieces[k, XL] < xl - tolerance and pieces[k, XR] > xr + tolerance:
-                slope = (pieces[k, YR] - pieces[k, YL]) / (pieces[k, XR] - pieces[k, XL])
-                over = _at(pieces[k], (xl + xr) / 2) - low
-                if (
-                    over > tolerance * (1 + np.sqrt(1 + slope * slope)) + abs(slope) * tolerance
-                    and over > worst
-                ):
-                    worst, who, where = over, int(pieces[k, LINE]), xl
-            k += 1
-        k = _first_ending_after(uprights, upright_count, xl - 2 * tolerance)
-        while k < upright_count and uprights[k, XL] < xr + 2 * tolerance:
-            # Only what is upright beyond doubt is above or below another upright.
-            apart = max(xr, uprights[k, XR]) - min(xl, uprights[k, XL])
-            over = uprights[k, YR] - low
-            # What overlaps is no stack but two lines of neighbouring columns on their border.
-            stacked = max(line[YL], line[YR]) <= uprights[k, YL] + 2 * tolerance
-            if stacked and apart <= same_x and over > 2 * tolerance and over > worst:
-                worst, who, where = over, int(uprights[k, LINE]), xl
-            k += 1
-        return who, worst, where
-    slope = (line[YR] - line[YL]) / (xr - xl)
-    stretch = np.sqrt(1 + slope * slope)
-    k = _first_ending_after(pieces, count, xl)
-    while k < count and pieces[k, XL] < xr:
-        left = max(pieces[k, XL], xl) + tolerance
-        right = min(pieces[k, XR], xr) - tolerance
-        if right > left:
-            other = (pieces[k, YR] - pieces[k, YL]) / (pieces[k, XR] - pieces[k, XL])
-            allowed = tolerance * (stretch + np.sqrt(1 + other * other))
-            for x in (left, right):
-                over = _at(pieces[k], x) - _at(line, x)
-                if over > allowed and over > worst:
-                    worst, who, where = over, int(pieces[k, LINE]), x
-        k += 1
-    k = _first_ending_after(uprights, upright_count, xl + tolerance)
-    while k < upright_count and uprights[k, XR] < xr - tolerance:
-        x = uprights[k, XL]
-        over = uprights[k, YR] - _at(line, x)
-        if x > xl + tolerance and over > tolerance * (1 + stretch) + abs(slope) * tolerance and over > worst:
-            worst, who, where = over, int(uprights[k, LINE]), x
-        k += 1
+    xl, yl, xr, yr, _ = line
+    low, high = min(yl, yr), max(yl, yr)
+    for k in range(pieces.first_ending_after(xl - tolerance), len(pieces.lines)):
+        piece = pieces.lines[k]
+        left, at_left, right, at_right, by = piece
+        if left >= xl + tolerance:
+            break
+        if left < xl - tolerance and right > xr + tolerance:
+            slope = (at_right - at_left) / (right - left)
+            over = _at(piece, (xl + xr) / 2) - low
+            allowed = tolerance * (1 + sqrt(1 + slope * slope)) + abs(slope) * tolerance
+            if over > allowed and over > worst:
+                worst, who, where = over, by, xl
+    for k in range(uprights.first_ending_after(xl - 2 * tolerance), len(uprights.lines)):
+        left, bottom, right, top, by = uprights.lines[k]
+        if left >= xr + 2 * tolerance:
+            break
+        # Only what is upright beyond doubt is above or below another upright.
+        apart = max(xr, right) - min(xl, left)
+        over = top - low
+        # What overlaps is no stack but two lines of neighbouring columns on their border.
+        stacked = high <= bottom + 2 * tolerance
+        if stacked and apart <= same_x and over > 2 * tolerance and over > worst:
+            worst, who, where = over, by, xl
     return who, worst, where
 
 
-@kernel
-def _splice(
-    pieces: NDArray[np.float64], count: int, begin: int, end: int, new: NDArray[np.float64], fresh: int
-) -> int:
-    """Put ``fresh`` rows of ``new`` in the place of rows begin to end; the new count."""
-    shift = fresh - (end - begin)
-    if shift > 0:
-        for k in range(count - 1, end - 1, -1):
-            pieces[k + shift] = pieces[k]
-    elif shift < 0:
-        for k in range(end, count):
-            pieces[k + shift] = pieces[k]
-    for k in range(fresh):
-        pieces[begin + k] = new[k]
-    return count + shift
+def _above_slanted(pieces: _Row, uprights: _Row, line: Line, tolerance: float) -> Obstacle:
+    """What a line that is not upright passes below, see ``_above_upright``."""
+    worst, who, where = 0.0, NONE, 0.0
+    xl, yl, xr, yr, _ = line
+    rise, run, low = yr - yl, xr - xl, min(yl, yr)
+    slope = rise / run
+    stretch = sqrt(1 + slope * slope)
+    least = 2 * tolerance  # no pair of lines is allowed less
+    for k in range(pieces.first_ending_after(xl), len(pieces.lines)):
+        left, at_left, right, at_right, by = pieces.lines[k]
+        if left >= xr:
+            break
+        if at_left <= low and at_right <= low:
+            continue
+        begin = (left if left > xl else xl) + tolerance
+        end = (right if right < xr else xr) - tolerance
+        if end <= begin:
+            continue
+        up, wide = at_right - at_left, right - left
+        for x in (begin, end):
+            over = at_left + up * (x - left) / wide - (yl + rise * (x - xl) / run)
+            if over > least and over > worst:
+                other = up / wide
+                if over > tolerance * (stretch + sqrt(1 + other * other)):
+                    worst, who, where = over, by, x
+    if uprights.lines:
+        for k in range(uprights.first_ending_after(xl + tolerance), len(uprights.lines)):
+            x, _, right, top, by = uprights.lines[k]
+            if right >= xr - tolerance:
+                break
+            over = top - _at(line, x)
+            allowed = tolerance * (1 + stretch) + abs(slope) * tolerance
+            if x > xl + tolerance and over > allowed and over > worst:
+                worst, who, where = over, by, x
+    return who, worst, where
 
 
-@kernel
-def _append(new: NDArray[np.float64], fresh: int, xl: float, xr: float, source: NDArray[np.float64]) -> int:
+def _append(new: list[Line], xl: float, xr: float, source: Line) -> None:
     """Add the part of ``source`` from xl to xr, or lengthen the last piece if that is its other part."""
     if xr - xl <= 0:
-        return fresh
-    if fresh and new[fresh - 1, LINE] == source[LINE] and new[fresh - 1, XR] == xl:
-        new[fresh - 1, XR], new[fresh - 1, YR] = xr, _at(source, xr)
-        return fresh
-    new[fresh, XL], new[fresh, YL] = xl, _at(source, xl)
-    new[fresh, XR], new[fresh, YR] = xr, _at(source, xr)
-    new[fresh, LINE] = source[LINE]
-    return fresh + 1
+        return
+    if new:
+        left, at_left, right, _, by = new[-1]
+        if by == source[4] and right == xl:
+            new[-1] = (left, at_left, xr, _at(source, xr), by)
+            return
+    new.append((xl, _at(source, xl), xr, _at(source, xr), source[4]))
 
 
-@kernel
-def _raise_to(
-    pieces: NDArray[np.float64], count: int, line: NDArray[np.float64], new: NDArray[np.float64]
-) -> int:
-    """Make the envelope the greater of itself and a slanted line; the new count of pieces."""
-    xl, xr = line[XL], line[XR]
-    begin = _first_ending_after(pieces, count, xl)
-    k, fresh, x = begin, 0, xl
-    while k < count and pieces[k, XL] < xr:
-        piece = pieces[k]
-        fresh = _append(new, fresh, piece[XL], min(xl, piece[XR]), piece)
-        fresh = _append(new, fresh, x, piece[XL], line)
-        x = max(x, piece[XL])
-        right = min(piece[XR], xr)
-        left_gain, right_gain = _at(line, x) - _at(piece, x), _at(line, right) - _at(piece, right)
+def _raise_to(pieces: _Row, line: Line) -> None:
+    """Make the envelope the greater of itself and a slanted line."""
+    xl, _, xr, _, _ = line
+    begin = k = pieces.first_ending_after(xl)
+    x = xl
+    new: list[Line] = []
+    lines = pieces.lines
+    while k < len(lines) and lines[k][0] < xr:
+        piece = lines[k]
+        left, _, right, _, _ = piece
+        _append(new, left, min(xl, right), piece)
+        _append(new, x, left, line)
+        x, end = max(x, left), min(right, xr)
+        left_gain, right_gain = _at(line, x) - _at(piece, x), _at(line, end) - _at(piece, end)
         if left_gain >= 0 and right_gain >= 0:
-            fresh = _append(new, fresh, x, right, line)
+            _append(new, x, end, line)
         elif left_gain <= 0 and right_gain <= 0:
-            fresh = _append(new, fresh, x, right, piece)
+            _append(new, x, end, piece)
         else:
-            cross = x + (right - x) * left_gain / (left_gain - right_gain)
+            cross = x + (end - x) * left_gain / (left_gain - right_gain)
             first, second = (line, piece) if left_gain > 0 else (piece, line)
-            fresh = _append(new, fresh, x, cross, first)
-            fresh = _append(new, fresh, cross, right, second)
-        x = right
-        fresh = _append(new, fresh, max(xr, piece[XL]), piece[XR], piece)
+            _append(new, x, cross, first)
+            _append(new, cross, end, second)
+        x = end
+        _append(new, max(xr, left), right, piece)
         k += 1
-    fresh = _append(new, fresh, x, xr, line)  # beyond the last piece
-    return _splice(pieces, count, begin, k, new, fresh)
+    _append(new, x, xr, line)  # beyond the last piece
+    pieces.splice(begin, k, new)
 
 
-@kernel
+def _forget_passed(uprights: _Row, line: Line, tolerance: float) -> None:
+    """What a slanted line has passed over is no obstacle of its own any more."""
+    begin = end = uprights.first_ending_after(line[0] + tolerance)
+    while end < len(uprights.lines) and uprights.ends[end] < line[2] - tolerance:
+        end += 1
+    kept = [upright for upright in uprights.lines[begin:end] if upright[3] > _at(line, upright[0])]
+    uprights.splice(begin, end, kept)
+
+
 def replay(
     lines: NDArray[np.float64], prints: NDArray[np.bool_], tolerance: float, same_x: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -177,50 +181,30 @@ def replay(
         (int64 (v, 2): [index of the move, program line of what it passes below],
         float64 (v, 2): [how far below, x], in mm).
     """
-    n = len(lines)
-    pieces = np.empty((256, 5))
-    uprights = np.empty((256, 5))
-    count = upright_count = 0
-    who = np.empty((64, 2), np.int64)
-    how = np.empty((64, 2))
-    found = 0
-    new = np.empty((1024, 5))
-    for k in range(n):
-        line = lines[k].copy()
-        if line[XL] > line[XR]:
-            line[XL], line[YL], line[XR], line[YR] = lines[k, XR], lines[k, YR], lines[k, XL], lines[k, YL]
-        if not prints[k] and line[XR] - line[XL] <= 2 * tolerance:
+    pieces, uprights = _Row(), _Row()
+    who: list[tuple[int, int]] = []
+    how: list[tuple[float, float]] = []
+    for k, (x0, y0, x1, y1, number) in enumerate(lines.tolist()):
+        by = int(number)
+        line = (x0, y0, x1, y1, by) if x0 <= x1 else (x1, y1, x0, y0, by)
+        upright = line[2] - line[0] <= 2 * tolerance
+        if upright and not prints[k]:
             continue  # a travel along one x never collides
-        obstacle, depth, x = _obstacle(pieces, count, uprights, upright_count, line, tolerance, same_x)
+        if upright:
+            obstacle, depth, x = _above_upright(pieces, uprights, line, tolerance, same_x)
+        else:
+            obstacle, depth, x = _above_slanted(pieces, uprights, line, tolerance)
         if obstacle != NONE:
-            if found == len(who):
-                who = np.concatenate((who, np.empty_like(who)))
-                how = np.concatenate((how, np.empty_like(how)))
-            who[found, 0], who[found, 1] = k, obstacle
-            how[found, 0], how[found, 1] = depth, x
-            found += 1
+            who.append((k, obstacle))
+            how.append((depth, x))
         if not prints[k]:
             continue
-        if count + 4 > len(pieces):
-            pieces = np.concatenate((pieces, np.empty_like(pieces)))
-        if upright_count + 1 > len(uprights):
-            uprights = np.concatenate((uprights, np.empty_like(uprights)))
-        if line[XR] - line[XL] <= 2 * tolerance:
-            line[YL], line[YR] = min(line[YL], line[YR]), max(line[YL], line[YR])
-            begin = _first_ending_after(uprights, upright_count, line[XR])
-            new[0] = line
-            upright_count = _splice(uprights, upright_count, begin, begin, new, 1)
+        if upright:
+            xl, _, xr, _, _ = line
+            place = uprights.first_ending_after(xr)
+            uprights.splice(place, place, [(xl, min(y0, y1), xr, max(y0, y1), by)])
         else:
-            if 4 * count + 8 > len(new):
-                new = np.empty((8 * count + 16, 5))
-            begin = _first_ending_after(uprights, upright_count, line[XL] + tolerance)
-            end = kept = begin
-            while end < upright_count and uprights[end, XR] < line[XR] - tolerance:
-                # What the line has passed over is no obstacle of its own any more.
-                if uprights[end, YR] > _at(line, uprights[end, XL]):
-                    uprights[kept] = uprights[end]
-                    kept += 1
-                end += 1
-            upright_count = _splice(uprights, upright_count, kept, end, new, 0)
-            count = _raise_to(pieces, count, line, new)
-    return who[:found], how[:found]
+            if uprights.lines:
+                _forget_passed(uprights, line, tolerance)
+            _raise_to(pieces, line)
+    return np.array(who, np.int64).reshape(-1, 2), np.array(how, np.float64).reshape(-1, 2)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from io import BytesIO
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -17,9 +17,10 @@ from gcode.feeding import check_feeding
 from gcode.moves import Kind, Move
 from gcode.parse import moves_unseen
 from profiles import Profile
-from slicer.grid import Grid
-from slicer.hatch import hatch
-from slicer.travel import Plan
+
+if TYPE_CHECKING:  # shapely, and what compiles the routing
+    from slicer.grid import Grid
+    from slicer.travel import Plan
 
 Color = Literal["kind", "order"]
 EXTRUSION, TRAVEL, START = "#d62728", "#1f77b4", "#2ca02c"
@@ -41,7 +42,7 @@ class Drawing:
     from_toolpath: list[int]
 
     @classmethod
-    def of_plan(cls, plan: Plan) -> "Drawing":
+    def of_plan(cls, plan: "Plan") -> "Drawing":
         """What a plan will do."""
         travels = [
             np.vstack(
@@ -93,7 +94,7 @@ def not_drawn(moves: list[Move], profile: Profile) -> list[Move]:
     return [move for move in inside if move.kind != Kind.COMMENT and move.text and moves_unseen(move.text)]
 
 
-def draw_grid(grid: Grid, *, show: Literal["tilts", "toolpaths"] = "tilts") -> Figure:
+def draw_grid(grid: "Grid", *, show: Literal["tilts", "toolpaths"] = "tilts") -> Figure:
     """The tilt of every tile as a short stroke, or the toolpaths that fill the tiles."""
     width, height = grid.cols * grid.tile_mm[0], grid.rows * grid.tile_mm[1]
     figure, axes = _sheet(grid.origin_mm, width, height)
@@ -110,6 +111,8 @@ def draw_grid(grid: Grid, *, show: Literal["tilts", "toolpaths"] = "tilts") -> F
         ends = np.stack([middle - half, middle + half], axis=-2).reshape(-1, 2, 2)
         lines, title = ends[~np.isnan(ends).any(axis=(1, 2))], "tilt angles"
     else:
+        from slicer.hatch import hatch
+
         lines = hatch(grid).segments
         title = f"{len(lines)} toolpaths"
     axes.add_collection(LineCollection(list(lines), colors=EXTRUSION, linewidths=_thin(len(lines))))
@@ -168,7 +171,7 @@ def picture(figure: Figure, file_format: str, *, dpi: int = 150) -> bytes:
     return out.getvalue()
 
 
-def thumbnail(plan: Plan, size_px: tuple[int, int]) -> bytes:
+def thumbnail(plan: "Plan", size_px: tuple[int, int]) -> bytes:
     """A PNG of exactly this width and height with the toolpaths of a plan, for the head of a program."""
     figure = Figure(figsize=(size_px[0] / 100, size_px[1] / 100), dpi=100)
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))

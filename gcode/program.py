@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,9 @@ from gcode.estimate import Times, times_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
 from profiles import Profile, render
-from slicer.travel import Plan
+
+if TYPE_CHECKING:  # it imports what compiles the routing
+    from slicer.travel import Plan
 
 STILL_MM = 1e-6
 """A travel that is shorter is none: the next toolpath begins where the last one ended."""
@@ -50,7 +53,9 @@ class Program:
         return self.times.total_s
 
 
-def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: NDArray[np.int32]) -> Program:
+def build(
+    plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64], tile: NDArray[np.int32]
+) -> Program:
     """Lay out the moves of a plan: feed along the path in the plane, retraction or valve around travels.
 
     Args:
@@ -71,7 +76,7 @@ def build(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64], tile: N
     return lay_out(plan, profile, spacing_mm)
 
 
-def lay_out(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64]) -> Program:
+def lay_out(plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64]) -> Program:
     """The same without asking whether the machine can reach it: to compare plans by their times."""
     material = profile.material
     height = bead_height_mm(material, spacing_mm)
@@ -91,7 +96,7 @@ def lay_out(plan: Plan, profile: Profile, spacing_mm: NDArray[np.float64]) -> Pr
     )
 
 
-def _shift(plan: Plan, profile: Profile, height: NDArray[np.float64]) -> tuple[float, float]:
+def _shift(plan: "Plan", profile: Profile, height: NDArray[np.float64]) -> tuple[float, float]:
     """The lowest bead lies on the bed: its axis is half its height above it."""
     if len(plan.toolpaths) == 0:
         return profile.machine.offset_mm, profile.machine.bed_z_mm
@@ -99,7 +104,7 @@ def _shift(plan: Plan, profile: Profile, height: NDArray[np.float64]) -> tuple[f
     return profile.machine.offset_mm, profile.machine.bed_z_mm - lowest
 
 
-def _inside(plan: Plan, profile: Profile, shift: tuple[float, float], tile: NDArray[np.int32]) -> None:
+def _inside(plan: "Plan", profile: Profile, shift: tuple[float, float], tile: NDArray[np.int32]) -> None:
     """Raise ``BuildVolumeError`` for the first position that the machine cannot reach."""
     machine = profile.machine
     axes = "XYZ"
@@ -140,7 +145,7 @@ def _park_is_inside(profile: Profile) -> None:
         )
 
 
-def prime_line(plan: Plan, profile: Profile, shift: tuple[float, float]) -> tuple[float, float]:
+def prime_line(plan: "Plan", profile: Profile, shift: tuple[float, float]) -> tuple[float, float]:
     """Where on the sheet's horizontal axis the line that fills the nozzle begins and ends, in mm.
 
     It runs towards the sheet, on its left where there is room, else on its right.
@@ -189,7 +194,7 @@ class _Writer:
         self.flowing = profile.material.feed != "pneumatic"  # a loaded feed is ready; a valve starts closed
 
     def moves(
-        self, plan: Plan, feed: NDArray[np.float64], height: NDArray[np.float64], primed: float
+        self, plan: "Plan", feed: NDArray[np.float64], height: NDArray[np.float64], primed: float
     ) -> Iterator[Move]:
         profile = self.profile
         yield self._comment("TYPE:CUSTOM")
@@ -202,7 +207,7 @@ class _Writer:
         yield self._comment("TYPE:CUSTOM")
         yield from self._commands(render(profile.gcode.end, profile.values))
 
-    def _print(self, plan: Plan, feed: NDArray[np.float64], height: NDArray[np.float64]) -> Iterator[Move]:
+    def _print(self, plan: "Plan", feed: NDArray[np.float64], height: NDArray[np.float64]) -> Iterator[Move]:
         toolpaths = (plan.toolpaths + np.array(self.shift)).tolist()
         via = (plan.via + np.array(self.shift)).tolist()
         via_start = plan.via_start.tolist()

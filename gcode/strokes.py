@@ -1,17 +1,16 @@
 """The lines that a program draws, and whether they are the hatch lines of a grid."""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
-from gcode.coverage import shortfalls
 from gcode.moves import Kind, Move
 from gcode.violation import Violation
-from slicer.grid import Grid
-from slicer.hatch import hatch
+
+if TYPE_CHECKING:  # it imports shapely, which a program alone does not take
+    from slicer.grid import Grid
 
 MATCH_MM = 0.01
 STRAIGHT_MM = 0.002
@@ -51,7 +50,7 @@ def _goes_on(a: Stroke, b: Stroke) -> bool:
 
 
 def compare_with_hatch(
-    drawn: list[Stroke], grid: Grid, shift_mm: tuple[float, float] | None
+    drawn: list[Stroke], grid: "Grid", shift_mm: tuple[float, float] | None
 ) -> tuple[list[Violation], NDArray[np.float64]]:
     """Every hatch line of the grid must be drawn once, and nothing else; and the lines must fill the tiles.
 
@@ -67,6 +66,9 @@ def compare_with_hatch(
         What is wrong, and the hatch lines in the order in which they were drawn, as exact as the grid
         gives them: float64 (n, 5), from (x, y) to (x, y) and the program line.
     """
+    from gcode.coverage import shortfalls
+    from slicer.hatch import hatch
+
     wanted = hatch(grid)
     lines = _ends(drawn)
     if shift_mm is not None:
@@ -182,6 +184,8 @@ def _near(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]
     """
     if len(a) == 0 or len(b) == 0:
         return np.empty((3, 0))
+    import shapely
+
     tree = shapely.STRtree(shapely.points(b.mean(axis=1)))
     i, j = tree.query(shapely.points(a.mean(axis=1)), predicate="dwithin", distance=MATCH_MM)
     same = np.hypot(*np.moveaxis(a[i] - b[j], -1, 0)).max(axis=1)

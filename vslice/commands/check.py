@@ -45,13 +45,16 @@ def command(
     from dialect.source import load_stream
     from gcode.check import check
     from vslice.machine import mismatch, read_program
-    from vslice.reading import read_grid
 
     with progress(2) as step:
         step("reading")
         given = str(program_file) == "-"
         source = load_stream(sys.stdin.buffer, "standard input") if given else program_file
-        sheet = None if grid_file is None else read_grid(grid_file)
+        sheet = None
+        if grid_file is not None:
+            from vslice.reading import read_grid
+
+            sheet = read_grid(grid_file)
         moves, _, profile = read_program(source, profile_name, overrides)
         step("replaying")
         report = check(moves, profile, sheet)
