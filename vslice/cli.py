@@ -59,7 +59,7 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name = args[0]
-        if Path(name).is_dir():
+        if name not in COMMANDS and Path(name).is_dir():
             ctx.fail(f"'{name}' is a folder; name a grid file in it.")
         if name not in COMMANDS:
             near = difflib.get_close_matches(name, COMMANDS, n=1)

@@ -64,7 +64,7 @@ def test_what_the_old_hatch_lost_is_seen(case, needed, monkeypatch):
     assert short.printed_mm < short.needed_mm - 0.4
     # The whole check sees it, although the hatch that it compares with has lost the same.
     old = Hatch(lost, np.zeros((len(lost), 2), np.int32), 0)
-    monkeypatch.setattr(strokes, "hatch", lambda _: old)
+    monkeypatch.setattr("slicer.hatch.hatch", lambda _: old)
     lines = [strokes.Stroke(*line.ravel(), k, k, True, 0.0, 0.0) for k, line in enumerate(lost)]
     (violation,) = strokes.compare_with_hatch(lines, sheet, (0.0, 0.0))[0]
     assert violation.kind == "missing"
