@@ -4,8 +4,8 @@ It is independent of the planner's skyline on purpose, and more general: nothing
 in which lines come. Pieces from left to right stand in a sorted list; each is a line with the number of
 the program line that printed it. Upright lines, whose x-range is lost in the resolution, are kept apart.
 
-Nothing here is compiled: a line meets few pieces, which bisection finds, so that a check in plain Python takes
-a sixth longer (docs/results.md, Start-up) and begins at once.
+Nothing here is compiled: a line meets few pieces, which bisection finds, so that a check in plain Python
+takes a sixth longer (docs/results.md, Start-up) and begins at once.
 """
 
 from bisect import bisect_right
