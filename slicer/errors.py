@@ -27,3 +27,7 @@ class CrossingError(SlicerError):
 
 class SequenceError(SlicerError):
     """A sequencing problem that has no answer as it was put: an impossible start, an unknown method."""
+
+
+class SequenceWarning(UserWarning):
+    """An order was found by other means than were asked for: fewer workers, or some that were lost."""

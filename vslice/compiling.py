@@ -1,6 +1,7 @@
 """Machine code before it is needed: what the installation compiles, and what a first run without it does."""
 
 import multiprocessing
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -28,12 +29,18 @@ def compiling() -> Iterator[bool]:
 
 
 def compile_the_rest() -> None:
-    """Run the bound, refinement and the routing of travels on six toolpaths, and so compile them."""
+    """Run the bound, refinement and the routing of travels on six toolpaths, and so compile them.
+
+    To be called in a process of its own, which the caller ends.
+    """
     import numpy as np
 
     from slicer import travel
+    from slicer.processes import end_with_parent
     from slicer.sequence.portfolio import rehearse
 
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the job hears of Ctrl-C, and ends this
     rehearse()
     segments = np.array([[[col, row], [col + 1, row]] for col in (0.0, 1.0) for row in (0.0, 1.0, 2.0)])
     travel.plan(segments, np.arange(6), np.zeros(6, np.bool_), clearance_mm=0.2)

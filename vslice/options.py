@@ -11,7 +11,6 @@ from click.core import ParameterSource
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 MOST_SEED = 2**64 - 1
-MOST_PROCESSES = 256
 
 
 class Number(click.FloatRange):

@@ -2,6 +2,7 @@
 
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
@@ -62,6 +63,25 @@ def say(text: str) -> None:
     """A line on stderr, unless the user wants quiet; stdout may be the product."""
     if not quiet():
         click.echo(text, err=True)
+
+
+@contextmanager
+def warnings_said() -> Iterator[None]:
+    """Say at once what the sequencer warns of; warnings of libraries go their own way."""
+    from slicer.errors import SequenceWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", SequenceWarning)
+        before = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if issubclass(category, SequenceWarning):
+                say(f"Warning: {message}")
+            else:
+                before(message, category, *place, **more)
+
+        warnings.showwarning = show
+        yield
 
 
 def so_far(found: "Found", unit: str) -> str:

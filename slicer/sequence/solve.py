@@ -75,9 +75,9 @@ def solve(
             returned is never worse.
         objective: what counts: "straight", "routed" or "time", or an ``Objective`` with the limits of a
             machine.
-        progress: called now and then with the cost of the best sequence so far. With several workers it
-            is not called.
-        workers: processes, each with a seed of its own; the best result is kept.
+        progress: called now and then with the cost of the best sequence so far.
+        workers: processes, each with a seed of its own; the best result is kept. No more run than the machine
+            has cores and free memory for, and a ``SequenceWarning`` says so; see ``allowed_workers``.
 
     Raises:
         CrossingError: two toolpaths cross or overlap.

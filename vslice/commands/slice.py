@@ -11,7 +11,6 @@ from vslice.compiling import compiling
 from vslice.options import (
     IGNORED,
     IGNORED_STRAIGHT,
-    MOST_PROCESSES,
     MOST_SEED,
     effort_option,
     grid_argument,
@@ -26,7 +25,7 @@ from vslice.options import (
     set_option,
     start_option,
 )
-from vslice.session import Steps, common, progress, say, so_far
+from vslice.session import common, progress, say, so_far, warnings_said
 
 if TYPE_CHECKING:  # it imports all that is heavy
     from slicer.sequence import Result
@@ -53,8 +52,8 @@ if TYPE_CHECKING:  # it imports all that is heavy
     "--workers",
     default=1,
     show_default=True,
-    type=click.IntRange(1, MOST_PROCESSES),
-    help="Processes to search with.",
+    type=click.IntRange(min=1),
+    help="Processes to search with; no more run than there are cores and memory for.",
 )
 @click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")
 @click.option("--port", metavar="PORT", help="With --send: as for 'vslice send'.")
@@ -95,7 +94,7 @@ def command(
     from vslice.pipeline import Search, slice_grid
 
     search = Search(method, effort, objective, start, seed, time_limit_s, workers)
-    with progress(6) as step, compiling() as first_run:
+    with progress(6) as step, compiling() as first_run, warnings_said():
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
         sliced = slice_grid(
@@ -103,7 +102,7 @@ def command(
             profile_name,
             overrides,
             search=search,
-            step=lambda name: _begin(step, name, workers),
+            step=step,
             progress=lambda found: step.detail(so_far(found, "s" if objective == "time" else "mm")),
         )
         step("writing")
@@ -135,13 +134,6 @@ def _may_lose_job(target: Path, send: bool) -> bool:
         "resumed: to keep it, stop now and name another file with -o."
     )
     return False
-
-
-def _begin(step: Steps, name: str, workers: int) -> None:
-    """Tell of a step; and why none of the usual news will come where several processes search."""
-    step(name)
-    if name == "sequencing" and workers > 1:
-        step.detail(f"{workers} processes, which tell nothing before they end")
 
 
 def _rows(sliced: "Sliced") -> dict[str, str]:

@@ -1,162 +1,222 @@
-"""Several processes at once, each with a seed of its own; what they find is spliced."""
+"""Several processes at once, each with a seed of its own; what they find is spliced.
 
-import os
+Each has a pipe, through which it gets its search and tells of every better sequence. So nothing that it has
+told is lost when it is ended, and it is ended when the time limit has passed, on Ctrl-C, and when the parent
+ends, however that comes.
+"""
+
 import signal
-import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from multiprocessing import active_children, get_context
-from multiprocessing.process import BaseProcess
-from types import FrameType
+from multiprocessing import get_context, resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.reduction import ForkingPickler
 
-from slicer.errors import SequenceError
+from slicer.errors import SequenceError, SequenceWarning
+from slicer.processes import end_with_parent
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered import merge_tours
-from slicer.sequence.problem import Outcome, Search
+from slicer.sequence.portfolio.capacity import allowed_workers
+from slicer.sequence.problem import Outcome, Progress, Search
 
 Searching = Callable[[Search, str], None]
-Run = Future[Outcome | None]
 
 STRIDE = 1_000_003
 """Between the seeds of two workers, so that runs with neighbouring seeds share none."""
+MERGING_SHARE = 0.02
+"""Of a time limit, what is kept for merging what the workers find."""
+GRACE_S = 0.5
+"""How long beyond its time a worker may take to answer before it is ended."""
 
 
 def run_workers(search: Search, searching: Searching, method: str, workers: int) -> None:
     """Run ``searching`` with ``workers`` seeds, and keep the best bound and the cheapest sequence.
 
-    That is one of theirs or the best crossing of them.
-
-    On Ctrl-C each returns what it has, and greedy's sequence stands in where none has any. The deadline
-    counts the time in which the processes start.
+    That is one of theirs or the best crossing of them. No more of them run than the machine can carry, which
+    a ``SequenceWarning`` says. The deadline counts the time in which the processes start. Where it passes or
+    Ctrl-C comes, what they have told so far counts, and greedy's sequence stands in where none has any.
 
     Raises:
-        SequenceError: a process was ended from outside.
+        SequenceError: all processes were ended from outside, or one of them raised it.
     """
-    runs: list[Run] = []
-    found: list[Outcome | None] = []
-    interrupted = False
-    others = active_children()
-    # The clocks of two processes agree on the time of day alone.
-    ends = None if search.deadline is None else time.time() + search.deadline - time.perf_counter()
-    try:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            try:
-                with _signals_held():  # processes begin with the signals held that are held here
-                    for k in range(workers):
-                        mine = search.apart(search.seed + STRIDE * k)
-                        runs.append(pool.submit(_run, mine, searching, method, ends))
-                found = [run.result() for run in runs]
-            except KeyboardInterrupt:
-                interrupted = True
-                _interrupt(others)
-                found = [run.result() for run in runs]
-    except BrokenProcessPool as why:
-        if not interrupted:
-            raise SequenceError(
-                f"one of the {workers} workers ended without an answer: killed, out of memory, or unable to "
-                'start. Use fewer workers; in a script, call this below `if __name__ == "__main__"`.'
-            ) from why
-        found = _done(runs)
-    except KeyboardInterrupt:  # before the first of them began, or a second time
-        interrupted = True
-        found = _done(runs)
-    have = [one for one in found if one is not None]
-    for one in have:
-        search.absorb(one)
-    search.stopped = search.stopped or interrupted
-    if not search.started:
-        start_greedily(search)
-    sequences = [one.oriented for one in have if one.oriented is not None]
-    if len(sequences) > 1 and not search.proved:
-        search.offer(merge_tours(search.problem, search.objective, sequences))
-
-
-def _interrupt(others: list[BaseProcess]) -> None:
-    """Tell all processes but ``others`` of Ctrl-C.
-
-    A terminal tells every process that there is; not those that begin a moment later.
-    """
-    if sys.platform == "win32":
+    workers, why = allowed_workers(workers)
+    if why is not None:
+        warnings.warn(why, SequenceWarning, stacklevel=3)
+    if workers == 1:
+        searching(search, method)
         return
-    for process in active_children():
-        if process not in others and process.pid is not None:
-            with suppress(ProcessLookupError):
-                os.kill(process.pid, signal.SIGINT)
-
-
-def _done(runs: list[Run]) -> list[Outcome | None]:
-    """What those have found that came to their end."""
-    return [run.result() for run in runs if run.done() and run.exception() is None]
-
-
-def _run(search: Search, searching: Searching, method: str, ends: float | None) -> Outcome | None:
-    """In the worker: search until ``ends``, a time of day. None where Ctrl-C left nothing to return.
-
-    The worker hears of Ctrl-C only while it searches. Before, it is busy importing, and after it would die
-    on the way to its answer; both would take the answers of all the others with it.
-    """
-    left = None if ends is None else ends - time.time()
-    search.deadline = None if left is None else time.perf_counter() + left
-    if _answered:
-        return None
+    team: list[Worker] = []
     try:
-        with _signals_heard():
-            searching(search, method)
+        with _interrupts_held():
+            team.extend(Worker() for _ in range(workers))
+        for k, worker in enumerate(team):
+            worker.give(search.apart(search.seed + STRIDE * k), searching, method, _time_of_day(search))
+        _listen(team, search)
     except KeyboardInterrupt:
         search.stopped = True
-    return search.outcome() if search.started else None
+    finally:
+        for worker in team:
+            worker.end()
+    _take(team, search)
+    if not search.started:
+        start_greedily(search)
+    found = [worker.told.oriented for worker in team if worker.told and worker.told.oriented is not None]
+    if len(found) > 1 and not search.proved and not search.late():
+        search.offer(merge_tours(search.problem, search.objective, found))
+
+
+def _time_of_day(search: Search) -> float | None:
+    """When the workers should stop, on the one clock which they share; None for no limit."""
+    if search.deadline is None:
+        return None
+    left = search.deadline - time.perf_counter()
+    return time.time() + left * (1.0 - MERGING_SHARE)
+
+
+def _listen(team: Sequence["Worker"], search: Search) -> None:
+    """Hear the workers until each has answered or is lost, or the time is over; pass on their progress."""
+    shown = search.apart(search.seed)
+    shown.listener = search.listener
+    waiting = list(team)
+    while waiting:
+        left = None if search.deadline is None else search.deadline + GRACE_S - time.perf_counter()
+        if left is not None and left <= 0.0:
+            search.stopped = True
+            return
+        ready = wait([worker.connection for worker in waiting], left)
+        for worker in [worker for worker in waiting if worker.connection in ready]:
+            if not worker.hear():
+                waiting.remove(worker)
+            elif worker.told is not None:
+                shown.absorb(worker.told)
+                shown.report(worker.stage)
+
+
+def _take(team: Sequence["Worker"], search: Search) -> None:
+    """Take what all have told, in the order of their seeds: of equal sequences the first is kept."""
+    lost = [worker for worker in team if worker.lost]
+    for worker in team:
+        if worker.failed is not None:
+            raise worker.failed
+        if worker.told is not None:
+            search.absorb(worker.told)
+        search.stopped = search.stopped or not worker.answered
+    if not lost:
+        return
+    said = (
+        f"{len(lost)} of the {len(team)} workers ended without an answer: killed, out of memory, or unable "
+        'to start. Use fewer workers; in a script, call this below `if __name__ == "__main__"`.'
+    )
+    if len(lost) == len(team):
+        raise SequenceError(said)
+    warnings.warn(said, SequenceWarning, stacklevel=4)
+
+
+class Worker:
+    """A process that searches, as the one that started it sees it.
+
+    Attributes:
+        connection: the parent's end of the pipe.
+        told: the latest that it has told; the answer, once it is ``answered``.
+        stage: what it had just done.
+        answered, lost: whether it has come to its end, or was ended by something else.
+        failed: what it raised.
+    """
+
+    def __init__(self) -> None:
+        context = get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self.told: Outcome | None = None
+        self.stage = ""
+        self.answered = self.lost = False
+        self.failed: Exception | None = None
+        self._process = context.Process(target=work, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()  # else the pipe would not end when the worker does
+
+    def give(self, search: Search, searching: Searching, method: str, ends: float | None) -> None:
+        """Tell it what to do, without waiting for it to start: a sheet may be more than a pipe can hold."""
+        task = ForkingPickler.dumps((search, searching, method, ends))
+
+        def send() -> None:
+            with suppress(OSError):  # it has ended, which the other end of the pipe tells
+                self.connection.send_bytes(task)
+
+        threading.Thread(target=send, daemon=True).start()
+
+    def hear(self) -> bool:
+        """Take the next that it tells; whether more may come."""
+        if self.answered or self.failed is not None:
+            return False
+        try:
+            told = self.connection.recv()
+        except (EOFError, OSError):
+            self.lost = True
+            return False
+        if isinstance(told, Exception):
+            self.failed = told
+        else:
+            self.stage, self.told, self.answered = told
+        return not self.answered and self.failed is None
+
+    def end(self) -> None:
+        """End it, and wait until it has ended; what it has told and nobody has heard is heard."""
+        with suppress(EOFError, OSError):
+            while self.connection.poll() and self.hear():
+                pass
+        self._process.kill()
+        self._process.join()
+        self.connection.close()
+
+
+def work(connection: Connection) -> None:
+    """In the worker: search as told through the pipe, and tell of every better sequence and of the end."""
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears of Ctrl-C, and ends its workers
+    try:
+        search, searching, method, ends = connection.recv()
+    except EOFError:
+        return
+    if ends is not None:
+        search.deadline = time.perf_counter() + ends - time.time()
+    best = float("inf"), 0.0
+
+    def tell(progress: Progress) -> None:
+        nonlocal best
+        now = search.cost, -search.lower_bound
+        if now != best:
+            connection.send((progress.stage, search.outcome(), False))
+            best = now
+
+    search.listener = tell
+    try:
+        searching(search, method)
+        connection.send(("end", search.outcome(), True))
+    except SequenceError as why:
+        connection.send(why)
+    except MemoryError:
+        raise  # the parent counts it among those without an answer
+    except Exception:  # noqa: BLE001 - raised again in the parent
+        connection.send(RuntimeError(f"a worker failed:\n{traceback.format_exc()}"))
 
 
 @contextmanager
-def _signals_held() -> Iterator[None]:
-    """Keep Ctrl-C waiting, here and in processes that begin meanwhile; it is raised at the end.
+def _interrupts_held() -> Iterator[None]:
+    """Keep Ctrl-C from processes that begin meanwhile, until they ignore it; it is raised here at the end.
 
-    A mask holds it from this thread and is inherited, but any other thread may take it in. Python answers it
-    in the main thread all the same, so that the answer there waits as well.
+    A terminal tells every process of the group. A mask is inherited, and so holds it back from the first
+    moment on.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    waiting: list[FrameType | None] = []
-    main = threading.current_thread() is threading.main_thread()
-    answer = signal.signal(signal.SIGINT, lambda _, frame: waiting.append(frame)) if main else None
+    resource_tracker.ensure_running()  # the first process of all starts it, which lifts the mask
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        if answer is not None:
-            signal.signal(signal.SIGINT, answer)
-        if waiting and callable(answer):
-            answer(signal.SIGINT, waiting[0])
-
-
-@contextmanager
-def _signals_heard() -> Iterator[None]:
-    """Hear of Ctrl-C once, one that has waited included.
-
-    A second one, which the caller may have sent on, would strike while the first is being answered.
-    """
-    signal.signal(signal.SIGINT, _once)
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-
-
-_answered: list[int] = []
-"""In a worker: the Ctrl-C that it has heard. What else waits for it is called off too."""
-
-
-def _once(number: int, _frame: FrameType | None) -> None:
-    _answered.append(number)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    raise KeyboardInterrupt

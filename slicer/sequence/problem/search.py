@@ -70,6 +70,7 @@ class Search:
         seed: of all random numbers, see ``random_state``.
         initial: int32 (n,), the printable sequence of oriented toolpaths that it was given; or None.
         deadline: ``time.perf_counter()`` value at which it should stop; None for no limit.
+        listener: called with ``Progress`` by ``report``; None where nobody listens.
         cost: what the best sequence costs, in the objective's unit; infinity where there is none.
         lower_bound: no sequence costs less, in the same unit; 0 where nothing is known.
         straight_bound_mm: no sequence has a straight travel J below this, whatever the objective is.
@@ -98,7 +99,7 @@ class Search:
         self.seed = whole_number("seed", seed, "Give 0 or any larger one.", 0)
         self.initial = initial
         self.deadline = deadline
-        self._listener = progress
+        self.listener = progress
         self._goal: Search | None = None
         self._near: Neighbours | None = None
         self._best: NDArray[np.int32] | None = None
@@ -175,9 +176,9 @@ class Search:
         if self._goal is not None:
             self._goal.absorb(self.outcome(counted=False))
             self._goal.report(stage)
-        elif self._listener is not None:
+        elif self.listener is not None:
             known = self.lower_bound if self.lower_bound > 0.0 or self.proved else None
-            self._listener(Progress(stage, self.cost, known, self._best))
+            self.listener(Progress(stage, self.cost, known, self._best))
 
     def surrogate(self, name: ObjectiveName, *, share: float = 1.0) -> "Search":
         """A search for another objective from the same initial sequence, whose finds are offered to this one.
