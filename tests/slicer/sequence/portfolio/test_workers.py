@@ -184,16 +184,22 @@ def test_workers_that_are_all_killed_are_told_of():
 
 
 KILLED = """
-import sys
-from slicer.generate import random_walk
-from slicer.hatch import hatch
-from slicer.sequence import solve
+import time
+from slicer.sequence import Problem
 from slicer.sequence.portfolio import capacity
+from slicer.sequence.portfolio.workers import run_workers
+from slicer.sequence.problem import Search
+
+def search_for_ever(search, method):
+    # Tells nothing, so that it does not learn from its pipe that nobody listens any more.
+    while True:
+        time.sleep(1.0)
 
 if __name__ == "__main__":
     capacity.usable_cores = lambda: 2
+    problem = Problem.build([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 1.0], [1.0, 1.0]]])
     print("begun", flush=True)
-    solve(hatch(random_walk(10, 10, seed=1)).segments, method="aco", effort="high", workers=2)
+    run_workers(Search(problem), search_for_ever, "none", 2)
 """
 
 
