@@ -29,7 +29,7 @@ STRIDE = 1_000_003
 """Between the seeds of two workers, so that runs with neighbouring seeds share none."""
 MERGING_SHARE = 0.02
 """Of a time limit, what is kept for merging what the workers find."""
-GRACE_S = 0.5
+GRACE_S = 1.0
 """How long beyond its time a worker may take to answer before it is ended."""
 
 
