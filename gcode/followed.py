@@ -6,13 +6,12 @@ profile's own start and end blocks.
 """
 
 import math
-import re
 
 from dialect.commands import EMPTIES_QUEUE, IMMEDIATE_OUTPUTS, code_of
 from dialect.reader import clean
 from dialect.words import values_of
 from gcode.moves import Kind, Move
-from gcode.preparing import START_MACROS, why_not
+from gcode.preparing import ASKS_HOST, START_MACROS, asks_host, why_not
 from gcode.ranges import (
     EXTRUDES_FROM_C,
     HEATERS,
@@ -46,7 +45,10 @@ NEVER = frozenset(
 )
 """Curves, other coordinates, other scales, other programs, an emergency stop: wrong wherever they stand."""
 
-HOMES_UP = re.compile(r"G(28|29|30|33|34|35|38|76|425)\b")
+PROBES = frozenset(f"G{code}" for code in (29, 30, 32, 33, 34, 35, 38, 76, 80, 425)) | frozenset({
+    "BED_MESH_CALIBRATE", "QUAD_GANTRY_LEVEL", "Z_TILT_ADJUST", "SCREWS_TILT_CALCULATE", *START_MACROS,
+})  # fmt: skip
+"""They drive the nozzle down to the bed, wherever the axis homes; a start macro may."""
 
 
 def check_commands(moves: list[Move], printing: list[bool], profile: Profile) -> list[Violation]:
@@ -93,7 +95,7 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
             and _renames_unknown(moves[k - 1], move.text, profile)
         ):
             why = "renames the place to which the axes homed, which is not known here: what comes is shifted"
-        if why is None and k > first and not middle and _homes_down(move.text, profile):
+        if why is None and k > first and not middle and _drives_down(move.text, code, profile):
             why = "drives the nozzle down into the sheet that stands"
         if why is None and middle:
             why = _in_the_middle(move.text, code, profile)
@@ -199,11 +201,12 @@ UNSURE = "is not followed here; what comes is unsure"
 MACROS = frozenset(f"M{code}" for code in range(810, 820))
 
 
-def _homes_down(text: str, profile: Profile) -> bool:
-    if profile.printer.build_axis_homes_up or not HOMES_UP.match(text):
-        return False
+def _drives_down(text: str, code: str, profile: Profile) -> bool:
+    """Whether a command homes or probes downwards."""
+    if code.partition(".")[0] in PROBES:
+        return True
     axes = values_of(text).keys() & set("XYZ")
-    return not text.startswith("G28") or not axes or "Z" in axes
+    return code == "G28" and not profile.printer.build_axis_homes_up and (not axes or "Z" in axes)
 
 
 def _in_the_middle(text: str, code: str, profile: Profile) -> str | None:
@@ -214,7 +217,7 @@ def _in_the_middle(text: str, code: str, profile: Profile) -> str | None:
     if code == "G92" and words.keys() == {"E"}:
         return None
     if code in ("M117", "M118"):
-        return "asks the host for an action" if "action:" in text.lower() else None
+        return ASKS_HOST if code == "M118" and asks_host(text) else None
     if code in FANS and words.keys() <= {"S", "P"} and all(value is not None for value in words.values()):
         return None
     if code in HEATERS:

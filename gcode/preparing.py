@@ -5,6 +5,8 @@ a way that a replay cannot know: steps, currents, motors, tools, sensors, other 
 what is known to be harmless, so that a command that nobody thought of is named.
 """
 
+import re
+
 from dialect.commands import code_of
 from dialect.words import values_of
 
@@ -39,6 +41,17 @@ START_MACROS = frozenset({"START_PRINT", "PRINT_START"})
 """By custom they heat, home and fill the nozzle, in a way that only the printer knows."""
 
 
+ASKS_HOST = "asks the host for an action"
+
+
+def asks_host(message: str) -> bool:
+    """Whether a message to the host is one that hosts obey: ``//action:cancel`` and its like.
+
+    Firmwares drop quotation marks and backslashes before they send it.
+    """
+    return "action:" in re.sub(r"[\\\"'\s]", "", message.lower())
+
+
 def why_not(text: str, behind: bool) -> str | None:
     """Why a command may not stand before the print, or ``behind`` it; None if it may."""
     code = code_of(text)
@@ -46,12 +59,12 @@ def why_not(text: str, behind: bool) -> str | None:
         return None if behind else "switches off what the print needs"
     base = code.partition(".")[0]
     words = values_of(text)
+    if code in ("M118", "RESPOND") and asks_host(text):
+        return ASKS_HOST
     if code in MACROS:
         return None
     if base == "M486" and words.keys() & {"P", "C"}:
         return "cancels objects, so that moves are skipped"
-    if base == "M118" and "action:" in text.lower():
-        return "asks the host for an action"
     if base in HARMLESS:
         return None
     if base[1:].isdigit():

@@ -59,12 +59,51 @@ def test_a_profile_may_allow_more_by_name():
     assert found(lines, "marlin-generic", 'gcode.allowed_commands=["m900", "PAUSE_HERE"]') == []
 
 
-@pytest.mark.parametrize("command", ["G28 Z", "G28", "G29", "G30", "G34"])
+@pytest.mark.parametrize("command", ["G28 Z", "G28"])
 def test_homing_down_into_the_sheet_that_stands_is_named(command):
     (violation,) = found(inserted(command, where=1))
     assert "into the sheet that stands" in violation.message
     assert found(inserted(command, where=1), "marlin-generic", "printer.build_axis_homes_up=true") == []
     assert found(inserted("G28 X Y", where=1)) == []
+
+
+@pytest.mark.parametrize("up", ["true", "false"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        "G29",
+        "G30",
+        "G32",
+        "G34",
+        "G80",
+        "BED_MESH_CALIBRATE",
+        "Z_TILT_ADJUST",
+        "QUAD_GANTRY_LEVEL",
+        "START_PRINT A=1",
+    ],
+)
+def test_probing_down_into_the_sheet_that_stands_is_named_wherever_the_axis_homes(command, up):
+    (violation,) = found(inserted(command, where=1), "marlin-generic", f"printer.build_axis_homes_up={up}")
+    assert "into the sheet that stands" in violation.message
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "M118 A1 action:cancel",
+        "M118 A1 act\\ion:cancel",
+        'RESPOND TYPE=command MSG="action:cancel"',
+        'RESPOND PREFIX="//" MSG=action:pause',
+    ],
+)
+@pytest.mark.parametrize("where", [1, None])
+def test_what_asks_the_host_for_an_action_is_named(command, where):
+    lines = [command, *make_lines(SHEET)] if where is None else inserted(command, where=where)
+    assert any("asks the host for an action" in violation.message for violation in found(lines))
+
+
+def test_a_message_to_the_host_passes():
+    assert found(inserted('RESPOND MSG="sheet done"', where=1)) == []
 
 
 @pytest.mark.parametrize(
