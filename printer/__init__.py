@@ -5,10 +5,10 @@
 
 import serial
 
+from printer.commands import Program, make_program, read_program
 from printer.errors import JournalError, PortError, PrinterError, ProtocolError, ResumeError, StreamError
 from printer.job import Job, stream
 from printer.journal import Journal
-from printer.program import Program, make_program, read_program
 from printer.report import Progress, Report, State
 from printer.settings import Safety, Settings
 

@@ -5,12 +5,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
+from printer.commands import Program, make_program
 from printer.emulator.motion import Motion
 from printer.emulator.planner import Path
 from printer.job import Job
 from printer.journal import Entry
 from printer.ports import open_port
-from printer.program import Program, make_program
 from printer.report import Progress, Report
 from printer.resume import ResumePlan, plan_resume
 from printer.safety import leave

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import serial
 
+from printer.busy_times import durations
+from printer.commands import Program, make_program, read_program
 from printer.errors import PrinterError, StreamError
 from printer.journal import Journal
 from printer.ports import READ_TIMEOUT_S, Port, open_port, port_lock
-from printer.program import Program, make_program, read_program
 from printer.protocol import fault_of
 from printer.report import Progress, Report, State
 from printer.sender import Sender
 from printer.settings import Settings
-from printer.waits import durations
 
 PROGRESS_S = 0.2
 END_OF_LINE = re.compile(rb"[\r\n]+")
@@ -104,7 +104,7 @@ class Job:
             self._sender = sender = Sender(commands, self.settings, clock(), self.before)
             reader = threading.Thread(target=self._serve, args=(sender, clock), name="printer", daemon=True)
             reader.start()
-            sender.waits.blocks_s = durations(commands)  # the printer boots meanwhile
+            sender.busy_times.blocks_s = durations(commands)  # the printer boots meanwhile
             try:
                 self._watch(sender, reader, clock)
             except BaseException:
@@ -191,7 +191,8 @@ class Job:
     def _tell(self, sender: Sender, now: float) -> None:
         if self.on_progress is None:
             return
-        messages = [sender.heard.messages.popleft() for _ in range(len(sender.heard.messages))]
+        told = sender.printer_status.messages
+        messages = [told.popleft() for _ in range(len(told))]
         self.on_progress(
             Progress(
                 sender.state,
@@ -200,7 +201,7 @@ class Job:
                 sender.window.resent,
                 now - sender.begun,
                 sender.paused,
-                sender.heard.temperatures,
+                sender.printer_status.temperatures,
                 tuple(messages),
             )
         )
@@ -213,13 +214,13 @@ class Job:
             len(self.program),
             sender.window.resent,
             now - sender.begun,
-            sender.heard.longest_silence,
+            sender.printer_status.longest_silence,
             sender.message,
-            tuple(sender.heard.warnings),
-            sender.heard.rebooted,
-            sender.heard.position,
-            dict(sender.heard.capabilities),
-            tuple(sender.heard.refused),
+            tuple(sender.printer_status.warnings),
+            sender.printer_status.rebooted,
+            sender.printer_status.position,
+            dict(sender.printer_status.capabilities),
+            tuple(sender.printer_status.refused),
         )
 
 

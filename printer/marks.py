@@ -1,7 +1,7 @@
 """When to send a mark, and which reply is the answer to one."""
 
+from printer.in_flight import OTHER_MARK, Window
 from printer.protocol import Ok
-from printer.window import OTHER_MARK, Window
 
 EVERY = 64  # lines without a mark, at the most
 UNASKED = 2  # oks with temperatures that nobody asked for, after which they are oks like any other

@@ -6,15 +6,15 @@ No port, no thread and no clock in here.
 from collections import deque
 from collections.abc import Sequence
 
-from printer.heard import Heard
+from printer.busy_times import BusyTimes
+from printer.firmware_words import code_of
+from printer.in_flight import OTHER_MARK, Window
 from printer.marks import Marks
 from printer.protocol import HELLO, frame
 from printer.report import State
 from printer.resends import Resends
 from printer.settings import Settings
-from printer.waits import Waits
-from printer.window import OTHER_MARK, Window
-from printer.words import code_of
+from printer.status import PrinterStatus
 
 # Nothing is sent before the ok of these. A line behind M410 is corrupted; behind one that waits for a
 # heater or a user, lines would fill the command slots, and M108 and M112 act early only if one is free; one
@@ -29,7 +29,7 @@ HALT_S = 5.0  # for the confirmation of M112
 class Outgoing:
     """What one job sends to one printer; `printer.sender.Sender` adds what the printer answers.
 
-    ``commands`` are clean (see `printer.program`); ``before`` are lines of our own ahead of them.
+    ``commands`` are clean (see `printer.commands`); ``before`` are lines of our own ahead of them.
     ``now`` is any clock in seconds that never runs backwards.
     """
 
@@ -45,12 +45,12 @@ class Outgoing:
         self.alone: int | None = None  # this line goes alone, until it is acknowledged
         self.heating = 0  # the last line that waits for a heater
         self.marks = Marks(self.window, settings.poll_s, now)
-        self.waits, self.allowed_s = Waits(self.window), 0.0
+        self.busy_times, self.allowed_s = BusyTimes(self.window), 0.0
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
         self.begun = self.progressed = now
         self.probes, self.probe_due = 0, now
-        self.heard = Heard(now)
+        self.printer_status = PrinterStatus(now)
 
     def take_output(self) -> bytes:
         """The bytes to write now; they are given once."""
@@ -62,9 +62,9 @@ class Outgoing:
         """Take the time: due at `deadline`, harmless earlier."""
         if self.state.final or now < self.deadline:
             return
-        silence, stalled = now - self.heard.at, now - self.progressed
-        self.heard.silent_until(now)
-        self.allowed_s = self.waits.at_most_s() if self.state in (State.RUN, State.STOP) else 0.0
+        silence, stalled = now - self.printer_status.heard_at, now - self.progressed
+        self.printer_status.silent_until(now)
+        self.allowed_s = self.busy_times.at_most_s() if self.state in (State.RUN, State.STOP) else 0.0
         if self.state is State.ABORT:
             self._end(State.KILLED, "sent M112, which the printer did not confirm: switch it off")
         elif self.state is State.BOOT:
@@ -78,7 +78,7 @@ class Outgoing:
                 f"no line was acknowledged for {stalled:.0f} s", "Check the printer and the baud rate."
             )
         elif self.state is State.HELLO and now >= self.probe_due:
-            if self.heard.answered and self.window.mark != OTHER_MARK:
+            if self.printer_status.answered and self.window.mark != OTHER_MARK:
                 self.window.use_other_mark()  # it answers, and never with temperatures
             self._greet(now)
         elif self.window.waiting and now >= self.probe_due:
@@ -99,7 +99,7 @@ class Outgoing:
     # Compared as they are told, so that a clock that jumps to a deadline finds it due.
     @property
     def _silence_ends(self) -> float:
-        return self.heard.at + self.settings.give_up_after_s + self.allowed_s
+        return self.printer_status.heard_at + self.settings.give_up_after_s + self.allowed_s
 
     @property
     def _patience(self) -> float:
@@ -177,13 +177,14 @@ class Outgoing:
         if self.window.sent == self.probe:
             self.window.send()
         self.output += b"\n" + data
-        self.probe_due = now + self.settings.probe_after_s * (1 + self.probes) + self.waits.told_s()
-        self.heard.messages.append(f"no answer for {now - self.progressed:.0f} s: asking the printer")
+        self.probe_due = now + self.settings.probe_after_s * (1 + self.probes) + self.busy_times.told_s()
+        silence = f"no answer for {now - self.progressed:.0f} s: asking the printer"
+        self.printer_status.messages.append(silence)
 
     def _greet(self, now: float) -> None:
         """Set the printer's counter to 0 and send line 1, a mark, whose answer tells that it worked."""
         if self.state is State.BOOT:
-            self.progressed = self.heard.at = now
+            self.progressed = self.printer_status.heard_at = now
             self.window.assign(self.window.mark)
         self.window.rename(1, self.window.mark)
         self.state, self.probe_due = State.HELLO, now + self.settings.probe_after_s
@@ -199,9 +200,8 @@ class Outgoing:
         self._fail(what, "It has forgotten its position; nothing more was sent.")
 
     def _fail(self, what: str, advice: str) -> None:
-        heard = (
-            f"The last thing heard was {self.heard.last_words!r}" if self.heard.last else "It never answered"
-        )
+        status = self.printer_status
+        heard = f"The last thing heard was {status.last_words!r}" if status.last_line else "It never answered"
         if self.state in (State.BOOT, State.HELLO):
             advice += " A printer that was halted (M112, an error) answers again when it has been reset."
         self._end(State.FAILED, f"{what}. {heard}. {advice}")

@@ -12,7 +12,7 @@ from dialect.capacity import MAX_LINE, fault_of, unescaped
 from dialect.errors import ReadError
 from dialect.reader import checksum
 from printer.errors import ProtocolError
-from printer.words import FATAL, RESET, START
+from printer.firmware_words import FATAL, RESET, START
 
 __all__ = ["MAX_LINE", "checksum", "clean", "fault_of", "frame", "parse_reply", "unescaped"]
 

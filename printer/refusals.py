@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from printer.window import Window
-from printer.words import HARMLESS, PREVENTED, UNHOMED, code_of, means, unknown_command
+from printer.firmware_words import HARMLESS, PREVENTED, UNHOMED, code_of, means, unknown_command
+from printer.in_flight import Window
 
 RECENT = 24  # lines behind the last one that was acknowledged of which a firmware may still speak
 

@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from printer.window import Window
+from printer.in_flight import Window
 
 REPEATS = 25
 """Requests for one line, or for impossible ones, after which the job fails."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from dialect.commands import IMMEDIATE_OUTPUTS, code_of
 from dialect.numbers import FEED_DECIMALS, fixed
+from printer.commands import Program
 from printer.errors import JournalError, ResumeError
 from printer.journal import LINES_PER_SYNC, Entry
-from printer.program import Program
 from printer.protocol import clean
 from printer.replay import MOTION, WAITING, Replay, highest, replay, words
 from printer.safety import extrusion, feed, feed_of, lift, number

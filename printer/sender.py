@@ -1,13 +1,15 @@
 """The streaming state machine: replies and time in, bytes out. No port, no thread and no clock in here.
 
 Counting oks only bounds what is in flight. An ok can be lost, doubled, or belong to a damaged line that
-the printer took for an unknown command; a mark (see `printer.window`) among the lines sets the count
+the printer took for an unknown command; a mark (see `printer.in_flight`) among the lines sets the count
 right again, and the last one proves that all has arrived.
 """
 
 from collections import deque
 from collections.abc import Iterable
 
+from printer.firmware_words import NO_SENSOR
+from printer.in_flight import OTHER_MARK
 from printer.outgoing import RECOVERY_S, Outgoing
 from printer.protocol import (
     PLAIN_OK,
@@ -27,8 +29,6 @@ from printer.refusals import refusal
 from printer.report import State
 from printer.resends import REPEATS, Verdict
 from printer.safety import leave
-from printer.window import OTHER_MARK
-from printer.words import NO_SENSOR
 
 MOST_PROBES = 2  # while a heater is waited for: lines behind it fill the command slots
 
@@ -45,13 +45,13 @@ class Sender(Outgoing):
         """Take what the printer said, line by line, and then send what fits."""
         for line in lines:
             if not self.state.final:
-                self.heard.line(line, now)
+                self.printer_status.line(line, now)
                 self._react(parse_reply(line), now)
         self._fill(now)
 
     def _react(self, reply: Reply, now: float) -> None:
         if reply is not PLAIN_OK:
-            self.heard.note(reply)
+            self.printer_status.note(reply)
         match reply:
             case Ok():
                 self._ok(reply, now)
@@ -77,11 +77,11 @@ class Sender(Outgoing):
                 self._obey(name, now)
             case Other(text):
                 if not self._refused(text):
-                    self.heard.remark(text)
+                    self.printer_status.remark(text)
 
     def _ok(self, reply: Ok, now: float) -> None:
         window = self.window
-        self.heard.answered = True
+        self.printer_status.answered = True
         if reply is not PLAIN_OK and self.marks.is_answer(reply, self._mark_is_under_way):
             self._answered(now, reply.number)
         elif self.state is State.HELLO:
@@ -168,19 +168,19 @@ class Sender(Outgoing):
         elif NO_SENSOR.search(error.text):
             if self.window.mark != OTHER_MARK:
                 self.window.use_other_mark()
-                self.heard.warn("it has no temperature sensor: temperatures are unknown")
+                self.printer_status.warn("it has no temperature sensor: temperatures are unknown")
                 if self.state is State.HELLO:
                     self.resends.swallow = False
                     self._greet(now)
         elif not self._refused(error.text):
-            self.heard.warn(f"Error: {error.text}")
+            self.printer_status.warn(f"Error: {error.text}")
 
     def _refused(self, text: str) -> bool:
         """Whether the firmware says that it has not done something; what the print needs ends the job."""
         found = refusal(text, self.window)
         if found is None:
             return False
-        self.heard.refuse(text)
+        self.printer_status.refuse(text)
         if found.fatal and self.state is not State.STOP:
             self._fail(found.what, found.advice)
         return True

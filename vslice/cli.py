@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from vslice import __version__
-from vslice.failure import report
+from vslice.terminal.failure import report
 
 # One line of help a command, so that `vslice --help` imports none of them.
 COMMANDS = {

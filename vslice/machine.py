@@ -12,7 +12,7 @@ from gcode.head import facts_of, read_head
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
 from profiles import Profile, ProfileError
-from vslice.session import say
+from vslice.terminal.session import say
 
 FALLBACK = "marlin-generic"
 MOST = 12

@@ -21,9 +21,9 @@ def objective_name(text: str) -> ObjectiveName:
 def objective_of(profile: Profile, name: ObjectiveName) -> Objective:
     """The objective of a name under the limits of a machine.
 
-    Retraction and priming go from stop to stop within their speed and acceleration; a valve takes its two dwells, around every
-    travel that there is, and the time for which Marlin holds back a move that comes alone after a dwell.
-    Every travel counts from stop to stop, although the machine rounds short ones.
+    Retraction and priming go from stop to stop within their speed and acceleration; a valve takes its two
+    dwells, around every travel that there is, and the time for which Marlin holds back a move that comes
+    alone after a dwell. Every travel counts from stop to stop, although the machine rounds short ones.
     """
     motion, machine = profile.motion, profile.machine
     along = 0 if machine.plane == "XZ" else 1
@@ -59,7 +59,8 @@ def _retraction_s(profile: Profile) -> float:
     # What the firmware draws back by itself, it primes by itself, without anything extra.
     extra = 0.0 if motion.firmware_retraction else motion.retract_extra_mm
     return sum(
-        _stop_to_stop_s(length, speed, acceleration) for length in (motion.retract_mm, motion.retract_mm + extra)
+        _stop_to_stop_s(length, speed, acceleration)
+        for length in (motion.retract_mm, motion.retract_mm + extra)
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from slicer import grid
 from slicer.grid import Grid
-from vslice.session import say
+from vslice.terminal.session import say
 
 
 def read_grid(file: Path) -> Grid:

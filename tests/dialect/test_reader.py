@@ -10,8 +10,8 @@ from dialect.reader import checksum, clean, read
 from dialect.source import MAX_BYTES, from_bytes, load_stream
 from gcode.errors import ParseError
 from gcode.parse import parse, read_moves
+from printer.commands import make_program, read_program
 from printer.errors import ProtocolError
-from printer.program import make_program, read_program
 
 COMMANDS = ["G28", "G1 X10.5 E0.1 F600", "G0 Z-0.25", "M104 S200", "G29 A", "M117 Hi (You)", "M83", "M400"]
 NOTES = [b"", b";caf\xe9", "; \u2028 \x85 G1 X9".encode(), b"; a (b", b" ;\x0c\x0b", "; ä (*) \\".encode()]

@@ -9,7 +9,7 @@ import profiles
 from gcode.check import check
 from gcode.followed import check_commands
 from gcode.parse import read_moves
-from printer.program import read_program
+from printer.commands import read_program
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 SHEET = make_grid([[-45, -20], [30, 80]], spacing=0.2)

@@ -145,8 +145,8 @@ def test_recovery_is_twenty_times_faster_than_a_silence_where_no_ok_follows_a_re
 def test_a_board_without_sensors_has_unknown_temperatures():
     bench, state = run(NoSensors)
     assert state is State.FINISHED
-    assert bench.sender.heard.temperatures == {}
-    assert any("temperatures are unknown" in warning for warning in bench.sender.heard.warnings)
+    assert bench.sender.printer_status.temperatures == {}
+    assert any("temperatures are unknown" in warning for warning in bench.sender.printer_status.warnings)
 
 
 class SilentDwell(Odd):
@@ -158,11 +158,11 @@ class SilentDwell(Odd):
 
 
 def test_a_dwell_of_forty_seconds_on_a_printer_that_keeps_silent():
-    from printer.waits import durations
+    from printer.busy_times import durations
 
     program = [*PROGRAM[:50], "G4 S40", *PROGRAM[50:]]
     bench = Bench(program, firmware=SilentDwell())
-    bench.sender.waits.blocks_s = durations(program)
+    bench.sender.busy_times.blocks_s = durations(program)
     assert bench.run() is State.FINISHED, bench.sender.message
     assert of_program(bench.firmware.executed) == program
 

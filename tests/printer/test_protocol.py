@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import settings as search
 from hypothesis import strategies as st
 
+from printer.commands import make_program
 from printer.emulator.lines import kept
 from printer.errors import ProtocolError
-from printer.program import make_program
 from printer.protocol import (
     HELLO,
     Action,

@@ -4,13 +4,13 @@ from itertools import pairwise
 
 import pytest
 
+from printer.busy_times import durations
+from printer.in_flight import Window
 from printer.protocol import HELLO, frame
 from printer.report import State
 from printer.resends import REPEATS
 from printer.sender import Sender
 from printer.settings import Safety, Settings
-from printer.waits import durations
-from printer.window import Window
 
 MOVES = [f"G1 X{k}" for k in range(100)]
 MARK_OK = b"ok T:20.0 /0.0\n"
@@ -60,11 +60,11 @@ def framed(first, *commands):
 def test_a_board_that_boots_is_greeted_at_once_and_another_after_a_while():
     booting = Desk(greeted=False)
     assert booting.hear(b"start") == GREETING.decode().splitlines()
-    assert booting.sender.heard.rebooted
+    assert booting.sender.printer_status.rebooted
     quiet = Desk(greeted=False, boot_wait_s=3)
     assert quiet.wait(2.9) == []
     assert quiet.wait(0.2) == GREETING.decode().splitlines()
-    assert not quiet.sender.heard.rebooted
+    assert not quiet.sender.printer_status.rebooted
 
 
 def test_nothing_follows_the_greeting_before_its_mark_is_answered():
@@ -228,7 +228,7 @@ def test_a_command_that_matters_and_is_not_known_ends_the_job(command, words):
     assert desk.hear(words, b"ok") == []
     assert desk.sender.state is State.FAILED
     assert repr(command) in desk.sender.message
-    assert desk.sender.heard.refused == [words.decode()]
+    assert desk.sender.printer_status.refused == [words.decode()]
 
 
 @pytest.mark.parametrize("command", ["M117 Hello", "M300 S440", "M73 P3", "M204 P500"])
@@ -236,14 +236,14 @@ def test_a_harmless_one_is_counted(command):
     desk = Desk([command, *["G21"] * 10])
     desk.hear(b'echo:Unknown command: "' + command.encode() + b'"', b"ok")
     assert desk.sender.state is State.RUN
-    assert desk.sender.heard.refused == [f'echo:Unknown command: "{command}"']
+    assert desk.sender.printer_status.refused == [f'echo:Unknown command: "{command}"']
 
 
 def test_the_remnant_of_a_damaged_line_is_no_command_of_the_program():
     desk = Desk()
     desk.hear(b'echo:Unknown command: "X3*71"')
     assert desk.sender.state is State.RUN
-    assert not desk.sender.heard.refused
+    assert not desk.sender.printer_status.refused
 
 
 @pytest.mark.parametrize(
@@ -276,7 +276,7 @@ def test_an_error_after_which_the_board_works_is_shown(words, greeted):
     desk = Desk(greeted=greeted)
     desk.hear(words)
     assert not desk.sender.state.final
-    assert desk.sender.heard.warnings == ["Error: " + words.decode().split(":", 1)[1].strip()]
+    assert desk.sender.printer_status.warnings == ["Error: " + words.decode().split(":", 1)[1].strip()]
 
 
 @pytest.mark.parametrize(
@@ -310,12 +310,12 @@ def test_reports_of_temperature_are_signs_of_life_while_it_heats_and_only_then()
 )
 def test_what_the_program_makes_the_printer_wait_is_no_silence(program, silent_s):
     desk = Desk([*program, "G21"])
-    desk.sender.waits.blocks_s = durations([*program, "G21"])
+    desk.sender.busy_times.blocks_s = durations([*program, "G21"])
     for _ in range(silent_s):
         desk.wait(1.0)
     assert desk.sender.state is State.RUN
     silent = Desk(["G21", "G21"])
-    silent.sender.waits.blocks_s = durations(["G21", "G21"])
+    silent.sender.busy_times.blocks_s = durations(["G21", "G21"])
     for _ in range(40):
         silent.wait(1.0)
     assert silent.sender.state is State.FAILED
@@ -580,7 +580,7 @@ def test_cancel_by_the_printer():
 def test_a_prompt_is_shown():
     desk = Desk()
     desk.hear(b"//action:prompt_begin Insert the syringe")
-    assert "Insert the syringe" in desk.sender.heard.messages[-1]
+    assert "Insert the syringe" in desk.sender.printer_status.messages[-1]
 
 
 def test_temperatures_are_asked_for_now_and_then():

@@ -10,7 +10,7 @@ from gcode.parse import read_moves
 from printer import read_program
 from printer.dry_run import dry_run
 from vslice.commands.send import settings_of
-from vslice.dry_running import motion_of
+from vslice.terminal.dry_running import motion_of
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 PROFILES = ["marlin-generic", "marlin-syringe", "marlin-pneumatic"]

@@ -18,29 +18,29 @@ from vslice.objective import objective_name, objective_of
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 # travel speed, x, y of the sheet; the same of accelerations; fixed time, and from which length on
 SHIPPED = {
-    # Speeds and accelerations of the schema's defaults; 1 mm back and 1 mm forth at 30 mm/s.
-    "marlin-generic": ((100, 200, 10), (500, 1000, 100), 2 / 30, 1.5),
+    # Speeds and accelerations of the schema's defaults; 1 mm back and 1 mm forth at 30 mm/s and 3000 mm/s².
+    "marlin-generic": ((100, 200, 10), (500, 1000, 100), 2 * (1 / 30 + 0.01), 1.5),
     # The valve opens in 0.06 s and closes in 0.04 s, around every travel that there is.
     "marlin-pneumatic": ((60, 100, 10), (300, 500, 100), 0.1 + START_DELAY_S, 1e-6),
-    # 0.05 mm of plunger back and forth at 2 mm/s.
-    "marlin-syringe": ((60, 100, 10), (300, 500, 100), 0.05, 2.0),
+    # 0.05 mm of plunger back and forth at 2 mm/s and 500 mm/s².
+    "marlin-syringe": ((60, 100, 10), (300, 500, 100), 0.05 + 2 * 2 / 500, 2.0),
 }
 TRAVELS = {
     # 100 mm/s at 500 mm/s²: 0.2 s and 10 mm up and down each, 20 mm at full speed; up: 10 mm/s at 100 mm/s²;
     # the short one is below retract_from_mm and never at full speed: 2 * √(1 / 500)
-    ("marlin-generic", 40.0, 0.0): 0.2 + 20 / 100 + 0.2 + 2 / 30,
-    ("marlin-generic", 0.0, 40.0): 0.1 + 39 / 10 + 0.1 + 2 / 30,
+    ("marlin-generic", 40.0, 0.0): 0.2 + 20 / 100 + 0.2 + 2 / 30 + 0.02,
+    ("marlin-generic", 0.0, 40.0): 0.1 + 39 / 10 + 0.1 + 2 / 30 + 0.02,
     ("marlin-generic", 1.0, 0.0): 0.0894427191,
     # y allows 10 / 0.8 = 12.5 mm/s and 100 / 0.8 = 125 mm/s²
-    ("marlin-generic", 30.0, 40.0): 0.1 + 48.75 / 12.5 + 0.1 + 2 / 30,
+    ("marlin-generic", 30.0, 40.0): 0.1 + 48.75 / 12.5 + 0.1 + 2 / 30 + 0.02,
     # 60 mm/s at 300 mm/s²: 0.2 s and 6 mm up and down each
     ("marlin-pneumatic", 40.0, 0.0): 0.2 + 28 / 60 + 0.2 + 0.1 + START_DELAY_S,
     ("marlin-pneumatic", 0.0, -40.0): 0.1 + 39 / 10 + 0.1 + 0.1 + START_DELAY_S,
     ("marlin-pneumatic", 0.01, 0.0): 2 * 0.0057735027 + 0.1 + START_DELAY_S,
     ("marlin-pneumatic", 0.0, 0.0): 0.0,
-    ("marlin-syringe", 40.0, 0.0): 0.2 + 28 / 60 + 0.2 + 0.05,
+    ("marlin-syringe", 40.0, 0.0): 0.2 + 28 / 60 + 0.2 + 0.058,
     ("marlin-syringe", 0.0, 1.9): 0.1 + 0.9 / 10 + 0.1,
-    ("marlin-syringe", 0.0, 2.1): 0.1 + 1.1 / 10 + 0.1 + 0.05,
+    ("marlin-syringe", 0.0, 2.1): 0.1 + 1.1 / 10 + 0.1 + 0.058,
 }
 
 
@@ -76,18 +76,22 @@ def test_a_travel_takes_as_long_as_worked_out_by_hand(name, dx, dy):
 @pytest.mark.parametrize(
     ("settings", "expected"),
     [
-        ([], 2 / 30),
+        ([], 2 * (1 / 30 + 30 / 3000)),  # 1 mm from stop to stop, back and forth
         (["motion.retract_mm=0"], 0.0),
         (["motion.retract_mm=0", "motion.retract_extra_mm=0.5"], 0.0),
-        (["motion.retract_extra_mm=0.5"], 2.5 / 30),
-        (["motion.retract_speed_mm_s=10"], 2 / 10),
-        (["motion.retract_speed_mm_s=80"], 2 / 50),  # the extruder's own limit
-        (["motion.firmware_retraction=true"], 2 / 30),
-        (["motion.valve_open_s=9"], 2 / 30),  # there is no valve
+        (["motion.retract_extra_mm=0.5"], 2.5 / 30 + 2 * 30 / 3000),
+        (["motion.retract_speed_mm_s=10"], 2 * (1 / 10 + 10 / 3000)),
+        (["motion.retract_speed_mm_s=80"], 2 * (1 / 50 + 50 / 3000)),  # the extruder's own limit
+        (["motion.retract_acceleration_mm_s2=100"], 2 * 2 * (1 / 100) ** 0.5),  # it never comes to its speed
+        (["machine.max_acceleration_mm_s2=[500, 500, 100, 400]"], 2 * 2 * (1 / 400) ** 0.5),
+        (["motion.firmware_retraction=true"], 2 * (1 / 30 + 30 / 3000)),
+        (["motion.firmware_retraction=true", "motion.retract_extra_mm=0.5"], 2 * (1 / 30 + 30 / 3000)),
+        (["motion.valve_open_s=9"], 2 * (1 / 30 + 30 / 3000)),  # there is no valve
     ],
 )
-def test_retraction_takes_its_way_at_its_speed(settings, expected):
-    assert objective_of(profiles.load("marlin-generic", settings), "time").fixed_s == pytest.approx(expected)
+def test_retraction_takes_its_way_from_stop_to_stop(settings, expected):
+    profile = profiles.load("marlin-generic", settings)
+    assert objective_of(profile, "time").fixed_s == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("plane", "along"), [("XZ", 0), ("YZ", 1)])

@@ -321,7 +321,7 @@ def test_the_only_port_is_offered(run, part, monkeypatch):
             "sys.stdin", type("Terminal", (), {"isatty": lambda self: True, "fileno": None})()
         )
         monkeypatch.setattr("click.confirm", lambda *_, **__: True)
-        monkeypatch.setattr("vslice.streaming.keys", lambda _: nullcontext())
+        monkeypatch.setattr("vslice.terminal.streaming.keys", lambda _: nullcontext())
         code, _, err = run("send", part, "--no-check", *QUICK)
         assert code == 0, err
         assert printer.firmware.path.material == pytest.approx(15)
@@ -386,7 +386,7 @@ def test_restart_begins_anew_and_keeps_the_old_journal(run, part, broken):
 
 @pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("restart", 0), ("resume", 1)])
 def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer, code):
-    monkeypatch.setattr("vslice.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer + "\n"))
     before = broken.read_bytes()
     ended, _, err = run("send", part, *ANEW)
@@ -405,7 +405,7 @@ def test_a_program_that_was_changed_is_not_offered_to_go_on(run, part, broken, m
     assert ended == 2
     assert "It cannot go on, since the file was changed" in err
     assert "Put the old file back" in err
-    monkeypatch.setattr("vslice.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer + "\n"))
     ended, _, err = run("send", part, *ANEW)
     assert ended == code, err

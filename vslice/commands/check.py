@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from vslice.options import program_profile_option, set_option, settings_without_effect
-from vslice.session import common, progress, say
+from vslice.terminal.session import common, progress, say
 
 MOST = 20
 

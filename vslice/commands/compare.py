@@ -23,7 +23,7 @@ from vslice.options import (
     settings_without_effect,
     start_option,
 )
-from vslice.session import common, progress, say
+from vslice.terminal.session import common, progress, say
 
 FORMATS = ("csv", "md", "json")
 
@@ -85,37 +85,36 @@ def command(
     plot_format = None if plot is None else picture_format(plot)
     import profiles
     from slicer import sequence
-    from vslice import study
-    from vslice.instance import load_instance
+    from vslice import comparison
     from vslice.objective import objective_name
 
     names = _methods(methods, list(sequence.METHODS))
     goal = objective_name(objective)
-    if seeds > 1 and len(study.runs(names, 2, goal)) == len(study.runs(names, 1, goal)):
+    if seeds > 1 and len(comparison.runs(names, 2, goal)) == len(comparison.runs(names, 1, goal)):
         no_effect(f"{', '.join(names)}, which draws no random numbers", "seeds")
     if all("effort" in IGNORED.get(name, ()) for name in names):
         no_effect(", ".join(names), "effort")
     settings_without_effect("the order of toolpaths", overrides, "gcode", "printer")
     profile = profiles.load(profile_name, overrides)
-    problem, spacing_mm = load_instance(file, start)
-    machine = study.Machine(profile, spacing_mm)
+    problem, spacing_mm = comparison.load_instance(file, start)
+    machine = comparison.Machine(profile, spacing_mm)
     if problem.first is None and start == "corner":
         no_effect("an instance without a first toolpath", "start")
-    with progress(1 + len(study.runs(names, seeds, goal))) as step, compiling() as first_run:
+    with progress(1 + len(comparison.runs(names, seeds, goal))) as step, compiling() as first_run:
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
         step("loading")
-        study.warm_up(problem, names, goal, machine)
-        rows, traces = study.run_methods(
+        comparison.warm_up(problem, names, goal, machine)
+        rows, traces = comparison.run_methods(
             problem, names, seeds=seeds, effort=effort, objective=goal, machine=machine, step=step
         )
-    output.write(target, [study.as_text(rows, file_format, goal).encode()])
+    output.write(target, [comparison.as_text(rows, file_format, goal).encode()])
     if plot is not None and plot_format is not None:
         from gcode import preview
 
         bound = max((row.travel_bound_mm for row in rows if row.travel_bound_mm is not None), default=None)
         title = f"{file.name}: {problem.n} toolpaths, aimed at {objective}, effort {effort}"
-        figure = study.draw_runs(traces, bound, goal, title)
+        figure = comparison.draw_runs(traces, bound, goal, title)
         output.write(plot, [preview.picture(figure, plot_format)])
         say(f"picture written to {plot}")
 

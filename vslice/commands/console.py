@@ -8,7 +8,7 @@ from contextlib import closing, suppress
 import click
 
 from vslice.options import baud_rate
-from vslice.session import common, say
+from vslice.terminal.session import common, say
 
 
 @click.command("console", epilog="Example: vslice console --port /dev/ttyUSB0")

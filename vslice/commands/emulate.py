@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vslice.session import common, say
+from vslice.terminal.session import common, say
 
 
 @click.command("emulate", epilog="Example: vslice emulate --faults corrupt=3e-4 --faults fault=reset@500")

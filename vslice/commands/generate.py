@@ -6,7 +6,7 @@ import click
 
 from vslice import output
 from vslice.options import Number
-from vslice.session import common, say
+from vslice.terminal.session import common, say
 
 MOST_TILES = 1_000_000
 

@@ -4,7 +4,7 @@ import json
 
 import click
 
-from vslice.session import common
+from vslice.terminal.session import common
 
 
 @click.command("grid-schema", epilog="Example: vslice grid-schema > grid.schema.json")

@@ -7,7 +7,7 @@ import click
 from vslice import output
 from vslice.compiling import compiling
 from vslice.options import effort_option
-from vslice.session import common, progress, say
+from vslice.terminal.session import common, progress, say
 
 
 @click.command("paper", epilog="Example: vslice paper -o paper/ --seeds 500 > paper.md")
@@ -51,16 +51,16 @@ def command(folder: Path, seeds: int, grids: int, file_format: str, effort: str)
         ) from None
     for k in range(1, 6):
         output.check_place(folder / f"figure{k}.{file_format}")
-    from vslice import reproduction
+    from vslice import comparison
 
     with progress(3) as step, compiling() as first_run:
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
         step("Table 1")
-        tables = [reproduction.table_one(seeds)]
+        tables = [comparison.table_one(seeds)]
         step("methods")
-        tables.append(reproduction.table_of_methods(grids, effort, step))
+        tables.append(comparison.table_of_methods(grids, effort, step))
         step("figures")
-        names = reproduction.draw_figures(folder, file_format)
+        names = comparison.draw_figures(folder, file_format)
     click.echo("\n\n".join(tables))
     say(f"figures {', '.join(names)} written to {folder}")

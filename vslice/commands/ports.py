@@ -2,7 +2,7 @@
 
 import click
 
-from vslice.session import common, say
+from vslice.terminal.session import common, say
 
 
 @click.command("ports", epilog="Example: vslice ports")

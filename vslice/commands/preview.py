@@ -8,7 +8,7 @@ import click
 
 from vslice import output
 from vslice.options import no_effect, not_onto_input, not_onto_profile, picture_format, program_profile_option
-from vslice.session import common, say
+from vslice.terminal.session import common, say
 
 if TYPE_CHECKING:
     from gcode.moves import Move

@@ -4,7 +4,7 @@ import json
 
 import click
 
-from vslice.session import common
+from vslice.terminal.session import common
 
 
 @click.group("profiles", invoke_without_command=True, epilog="Example: vslice profiles show marlin-syringe")

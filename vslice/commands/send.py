@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vslice.dry_running import show_dry_run
-from vslice.interrupted import ask, ask_of_port
 from vslice.options import Number, baud_rate, program_profile_option, set_option
-from vslice.progress import Display
-from vslice.session import common
-from vslice.streaming import resume_offered, run, stream_program, times_of, told
+from vslice.terminal.dry_running import show_dry_run
+from vslice.terminal.interrupted import ask, ask_of_port
+from vslice.terminal.progress import Display
+from vslice.terminal.session import common
+from vslice.terminal.streaming import resume_offered, run, stream_program, times_of, told
 
 if TYPE_CHECKING:
     from printer import Settings

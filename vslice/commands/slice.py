@@ -25,7 +25,7 @@ from vslice.options import (
     set_option,
     start_option,
 )
-from vslice.session import common, progress, say, so_far, warnings_said
+from vslice.terminal.session import common, progress, say, so_far, warnings_said
 
 if TYPE_CHECKING:  # it imports all that is heavy
     from slicer.sequence import Result
@@ -120,7 +120,7 @@ def command(
 def _may_lose_job(target: Path, send: bool) -> bool:
     """Warn of an interrupted job whose program is to be written over; to send, ask. Whether to begin anew."""
     from printer.journal import journal_path
-    from vslice.interrupted import ask, known_of
+    from vslice.terminal.interrupted import ask, known_of
 
     journal = journal_path(target)
     if known_of(journal) is None:

@@ -6,7 +6,7 @@ from typing import Literal
 
 import click
 
-from vslice.session import say
+from vslice.terminal.session import say
 
 Choice = Literal["restart", "resume"]
 

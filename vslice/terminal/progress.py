@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from vslice.session import quiet, say
+from vslice.terminal.session import quiet, say
 
 if TYPE_CHECKING:
     from printer import Program, Progress
-    from vslice.timeline import Timeline
+    from vslice.terminal.timeline import Timeline
 
 PLAIN_EVERY_S = 10.0
 NEAR_C = 1.0  # a heater this near to where it shall be is there

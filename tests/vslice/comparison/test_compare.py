@@ -19,12 +19,13 @@ import profiles
 from gcode import program
 from slicer import sequence, travel
 from slicer.sequence.problem.search import Progress
-from vslice import session, study
-from vslice.instance import load_instance
+from vslice import comparison
+from vslice.comparison import load_instance, methods
 from vslice.objective import objective_of
+from vslice.terminal import session
 
 ONE_TILE = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
-REFERENCE = Path(__file__).parents[1] / "data" / "reference"
+REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 HEADS = [
     "method",
     "J mean [mm]",
@@ -100,7 +101,7 @@ def travel_times(plan, motion, machine):
 
 @pytest.fixture(scope="module")
 def expected():
-    """The table of aco, exact and greedy on 3x3 tiles with two seeds, without ``study``; but no seconds."""
+    """The table of aco, exact and greedy on 3x3 tiles with two seeds, without ``vslice.comparison``; but no seconds."""
     problem = load_instance(REFERENCE / "3x3_s1.json", "corner").problem
     profile = profiles.load("marlin-generic", ("motion.clearance_mm=0.3",))
     found = {
@@ -251,7 +252,7 @@ def test_what_was_minimised_and_its_bound_stand_in_its_own_unit(run):
 
 
 def test_travel_time_is_that_of_the_table_of_slice(run):
-    sheet = Path(__file__).parents[2] / "examples" / "muscle_us_8x8.json"
+    sheet = Path(__file__).parents[3] / "examples" / "muscle_us_8x8.json"
     said = run(sheet, "-o", "x.gcode", "--method", "greedy", "--objective", "straight")[2]
     out = run("compare", sheet, "--methods", "greedy", "-o", "table.json")
     assert out[0] == 0
@@ -265,7 +266,7 @@ def test_travel_time_is_that_of_the_table_of_slice(run):
 def test_methods_that_are_run_once_draw_nothing(objective):
     problem = load_instance(REFERENCE / "2x2_s1.json", "corner").problem
     goal = objective_of(profiles.load("marlin-generic"), objective)
-    listed = study.runs(list(sequence.METHODS), 3, objective)
+    listed = comparison.runs(list(sequence.METHODS), 3, objective)
     once = [method for method in sequence.METHODS if listed.count((method, 1)) == 0]
     assert set(once) >= {"greedy", "multistart"}
     assert len(listed) == len(set(listed)) == 3 * len(sequence.METHODS) - 2 * len(once)
@@ -276,7 +277,7 @@ def test_methods_that_are_run_once_draw_nothing(objective):
         )
         assert first.order.tolist() == second.order.tolist()
         assert first.flipped.tolist() == second.flipped.tolist()
-    assert study.runs(["auto"], 2, objective) == [("auto", 0), ("auto", 1), ("greedy", 0)]
+    assert comparison.runs(["auto"], 2, objective) == [("auto", 0), ("auto", 1), ("greedy", 0)]
 
 
 class Told(session.Steps):
@@ -328,8 +329,8 @@ def test_so_far_names_the_unit():
 def drawn(run, monkeypatch):
     """Run compare with --plot on 2x2 tiles, and give the axes that it drew and the code and texts."""
     figures = []
-    draw = study.draw_runs
-    monkeypatch.setattr(study, "draw_runs", lambda *args: figures.append(draw(*args)) or figures[-1])
+    draw = comparison.draw_runs
+    monkeypatch.setattr(comparison, "draw_runs", lambda *args: figures.append(draw(*args)) or figures[-1])
 
     def call(*more):
         effort = [] if "greedy" in more else ["--effort", "quick"]  # greedy alone knows no effort
@@ -351,7 +352,7 @@ def test_loading_the_code_counts_for_no_run(drawn, monkeypatch):
         return solve(part, **options)
 
     monkeypatch.setattr(sequence, "solve", slow_at_first)
-    monkeypatch.setattr(study, "time", SimpleNamespace(perf_counter=lambda: time.perf_counter() + lost[0]))
+    monkeypatch.setattr(methods, "time", SimpleNamespace(perf_counter=lambda: time.perf_counter() + lost[0]))
     axes, _ = drawn("--methods", "exact,local", "--seeds", "2")
     assert called == {"exact", "local", "greedy"}
     assert len(axes.lines) == 3
@@ -365,9 +366,9 @@ import sys
 import profiles
 from gcode import program
 from slicer import sequence
-from vslice import study
-from vslice.instance import load_instance
+from vslice.comparison import Machine, load_instance, run_methods, warm_up
 from vslice.objective import objective_of
+from vslice.terminal.session import Steps
 from pathlib import Path
 
 def loaded():
@@ -380,12 +381,12 @@ def loaded():
 
 problem = load_instance(Path(sys.argv[1]), "corner").problem
 methods = ["auto", "mcts"]
-machine = study.Machine(profiles.load("marlin-generic"))
-study.warm_up(problem, methods, "straight", machine)
+machine = Machine(profiles.load("marlin-generic"))
+warm_up(problem, methods, "straight", machine)
 before = loaded()
 assert len(before) > 20
-study.run_methods(problem, methods, seeds=1, effort="default", objective="straight", machine=machine,
-                  step=study.Steps())
+run_methods(problem, methods, seeds=1, effort="default", objective="straight", machine=machine,
+            step=Steps())
 assert loaded() == before, loaded() - before
 """
     subprocess.run([sys.executable, "-c", script, str(REFERENCE / "6x6_s1.json")], check=True)

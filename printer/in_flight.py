@@ -1,4 +1,4 @@
-"""Numbered lines: what each number means for ever, and which of them are under way.
+"""Numbered lines: what each number means for ever, and which of them are in flight.
 
 A *number* names one line on the wire and never changes its meaning, so that a printer that takes every
 number once, in order, prints every line once, whatever is lost, repeated or mistaken on the way::

@@ -18,7 +18,7 @@ from slicer.sequence import Problem, Result
 from slicer.sequence.problem import ObjectiveName, Progress
 from vslice.objective import objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
-from vslice.session import Steps, so_far
+from vslice.terminal.session import Steps, so_far
 
 ONCE, ONCE_STRAIGHT = (
     {method for method, ignored in methods.items() if "seed" in ignored}

@@ -9,9 +9,10 @@ import pytest
 
 from slicer.generate import random_walk
 from slicer.hatch import hatch
-from vslice import reproduction
+from vslice import comparison
+from vslice.comparison import reproduction
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 ALL = [f"figure{k}.png" for k in range(1, 6)]
 
 
@@ -70,7 +71,7 @@ def test_figure_2_has_tilts_between_0_and_minus_45():
 
 
 def test_paper_refuses_bad_places_before_it_begins(run, monkeypatch):
-    monkeypatch.setattr(reproduction, "table_one", lambda _: pytest.fail("the work began"))
+    monkeypatch.setattr(comparison, "table_one", lambda _: pytest.fail("the work began"))
     Path("file").write_text("mine")
     code, _, err = run("paper", "-o", "file")
     assert (code, err) == (1, "Error: file is a file; name a folder with -o.\n")
@@ -84,7 +85,7 @@ def test_paper_refuses_bad_places_before_it_begins(run, monkeypatch):
 
 
 def test_a_folder_that_must_not_be_written_is_refused_before_it_begins(run, monkeypatch):
-    monkeypatch.setattr(reproduction, "table_one", lambda _: pytest.fail("the work began"))
+    monkeypatch.setattr(comparison, "table_one", lambda _: pytest.fail("the work began"))
     # Root may write anywhere, so the answer of the system is made up.
     monkeypatch.setattr("os.access", lambda _, kind: kind != os.W_OK)
     Path("locked").mkdir()

@@ -2,19 +2,19 @@
 
 from collections import deque
 
+from printer.firmware_words import UNHOMED, UNKNOWN
 from printer.protocol import Action, Capability, Ok, Position, Reading, Reply, Start, Temperature
-from printer.words import UNHOMED, UNKNOWN
 
 WARNINGS = (UNKNOWN, UNHOMED)
 MOST_WARNINGS = 1000
 
 
-class Heard:
+class PrinterStatus:
     """Collects what matters to a display and a report; times in s, temperatures in degrees Celsius."""
 
     def __init__(self, now: float) -> None:
-        self.at, self.longest_silence = now, 0.0
-        self.last = b""
+        self.heard_at, self.longest_silence = now, 0.0
+        self.last_line = b""
         self.temperatures: dict[str, Reading] = {}
         self.capabilities: dict[str, bool] = {}
         self.position: dict[str, float] | None = None
@@ -27,12 +27,12 @@ class Heard:
     def line(self, line: bytes, now: float) -> None:
         """Something was said."""
         self.silent_until(now)
-        self.at, self.last = now, line
+        self.heard_at, self.last_line = now, line
 
     def silent_until(self, now: float) -> None:
         """Nothing was said since the last line."""
-        if now - self.at > self.longest_silence:
-            self.longest_silence = now - self.at
+        if now - self.heard_at > self.longest_silence:
+            self.longest_silence = now - self.heard_at
 
     def note(self, reply: Reply) -> None:
         """Keep what a reply tells."""
@@ -71,4 +71,4 @@ class Heard:
     @property
     def last_words(self) -> str:
         """The last thing heard."""
-        return self.last.decode(errors="replace").strip()
+        return self.last_line.decode(errors="replace").strip()

@@ -3,9 +3,9 @@
 from array import array
 from collections.abc import Iterable, Sequence
 
+from printer.firmware_words import code_of
+from printer.in_flight import Window
 from printer.replay import Replay, words
-from printer.window import Window
-from printer.words import code_of
 
 HOMING_S = 120.0
 HEATING_S = 1800.0
@@ -49,7 +49,7 @@ def _length_mm(before: dict[str, float], after: dict[str, float]) -> float:
     return sum(abs(value - before.get(axis, 0.0)) for axis, value in after.items())
 
 
-class Waits:
+class BusyTimes:
     """How much longer than usual the lines of ``window`` may take; ``blocks_s`` are their `durations`."""
 
     def __init__(self, window: Window) -> None:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vslice.interrupted import known_of
-from vslice.progress import Display, clock, keys, shown
-from vslice.session import say
+from vslice.terminal.interrupted import known_of
+from vslice.terminal.progress import Display, clock, keys, shown
+from vslice.terminal.session import say
 
 if TYPE_CHECKING:
     from printer import Journal, Program, Report, Settings
     from profiles import Profile
-    from vslice.timeline import Timeline
+    from vslice.terminal.timeline import Timeline
 
 MOST_WARNINGS = 5  # that are shown one by one
 
@@ -54,7 +54,7 @@ def stream_program(
 def times_of(program_file: Path, program: "Program", profile: "Profile") -> "Timeline | None":
     """The times of a program; None, and why, if it holds what no estimate can read."""
     from gcode.errors import ParseError
-    from vslice.timeline import timeline
+    from vslice.terminal.timeline import timeline
 
     try:
         return timeline(program_file, program, profile)

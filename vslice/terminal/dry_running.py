@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vslice.progress import Display, clock, shown
-from vslice.streaming import times_of
+from vslice.terminal.progress import Display, clock, shown
+from vslice.terminal.streaming import times_of
 
 if TYPE_CHECKING:
     from printer import Settings

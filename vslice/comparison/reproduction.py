@@ -3,21 +3,24 @@
 import itertools
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import profiles
-from gcode import preview
 from slicer import sequence, travel
 from slicer.generate import random_walk
 from slicer.grid import Grid
 from slicer.hatch import Hatch, hatch
-from vslice import output, study
+from vslice import output
+from vslice.comparison.methods import Machine, run_methods, warm_up
 from vslice.pipeline import problem_of
-from vslice.session import Steps
+from vslice.terminal.session import Steps
+
+if TYPE_CHECKING:  # what needs them imports them: comparing without a picture draws nothing
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 TABLE_ONE = {2: (52, 224, 8.340), 4: (200, 1206, 33.644)}
 """Tiles a side: nodes visited, states created and J of hill climbing (Table 1 of the paper)."""
@@ -79,14 +82,14 @@ def table_of_methods(grids: int, effort: str, step: Steps) -> str:
         "run [s]",
     ]
     lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
-    machine, methods = study.Machine(profiles.load("marlin-generic")), list(sequence.METHODS)
+    machine, methods = Machine(profiles.load("marlin-generic")), list(sequence.METHODS)
     for tiles in TABLE_ONE:
         tables = []
         for seed in range(grids):
             problem = problem_of(hatch(random_walk(tiles, tiles, seed=seed)).segments, "corner")
             if seed == 0:
-                study.warm_up(problem, methods, "straight", machine)
-            rows, _ = study.run_methods(
+                warm_up(problem, methods, "straight", machine)
+            rows, _ = run_methods(
                 problem,
                 methods,
                 seeds=1,
@@ -123,6 +126,8 @@ def table_of_methods(grids: int, effort: str, step: Steps) -> str:
 
 def draw_figures(folder: Path, file_format: str = "png") -> list[str]:
     """Draw Figures 1 to 5 of the paper on grids with as many toolpaths as its own; their file names."""
+    from gcode import preview
+
     two, four = _walk_with(2, TABLE_ONE[2][0]), _walk_with(4, TABLE_ONE[4][0])
     figures = {
         "figure1": preview.draw_grid(two, show="toolpaths"),
@@ -147,8 +152,10 @@ def _walk_with(tiles: int, toolpaths: int) -> Grid:
     raise AssertionError("itertools.count never ends")
 
 
-def _hill_climbed(sheet: Grid) -> Figure:
+def _hill_climbed(sheet: Grid) -> "Figure":
     """Figures 4 and 5: travels are drawn straight, as J measures them, not as a nozzle must make them."""
+    from gcode import preview
+
     lines = hatch(sheet)
     result = sequence.solve(problem_of(lines.segments, "corner"), method="greedy")
     made = travel.plan(lines.segments, result.order, result.flipped).toolpaths
@@ -184,8 +191,10 @@ def states_of_column(lines: Hatch) -> Iterator[tuple[NDArray[np.bool_], NDArray[
                 yield printed, printable(problem, printed)
 
 
-def _two_printable(sheet: Grid) -> Figure:
+def _two_printable(sheet: Grid) -> "Figure":
     """Figure 3: the moment at which the most toolpaths are printable, and the longest of such moments."""
+    from gcode import preview
+
     lines = hatch(sheet)
     length = np.hypot(*(lines.segments[:, 1] - lines.segments[:, 0]).T)
     printed, ready = max(
@@ -205,7 +214,7 @@ def _two_printable(sheet: Grid) -> Figure:
     return figure
 
 
-def _mark_tilt(axes: Axes, segment: NDArray[np.float64], tilt_deg: float) -> None:
+def _mark_tilt(axes: "Axes", segment: NDArray[np.float64], tilt_deg: float) -> None:
     """The tilt of a toolpath as the paper defines it: its angle with the +x axis, at its left end."""
     x, y = segment[np.argmin(segment[:, 0])]
     radius = 0.25
