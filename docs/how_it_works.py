@@ -1,8 +1,8 @@
-"""The numbers and the pictures of docs/how-it-works.md.
+"""The pictures of docs/how-it-works.md, and the numbers that it states.
 
 usage: python docs/how_it_works.py [FOLDER]
 
-Prints every number that the page states, and draws its pictures into a folder, docs/images by default. The
+Draws the pictures into a folder, docs/images by default, and prints what the page says in numbers. The
 small sheet is that of ``vslice generate --cols 3 --rows 3 --seed 1 --spacing-mm 0.2``.
 """
 
@@ -28,8 +28,11 @@ from slicer.sequence import Problem, Result, solve
 from slicer.sequence.bound import PairBound
 from slicer.sequence.bound.pair_dp import roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
+from slicer.sequence.bound.streamed_bound import MOST_DOWN_SETS
 from slicer.sequence.construct import start_along_levels
 from slicer.sequence.layered.layered_search import LayeredSearch, search_layers
+from slicer.sequence.portfolio import CARRY_UP_TO, WINDOWS_UP_TO
+from slicer.sequence.portfolio.automatic import BEAM_UP_TO, PROVE_UP_TO
 from slicer.sequence.problem import Objective, Progress, Search
 from slicer.sequence.states import DownSets, Section, all_down_sets, cover
 from slicer.sequence.states.corridor import MERGED_STATES
@@ -39,7 +42,7 @@ ROOT = Path(__file__).parents[1]
 REAL = ROOT / "examples" / "muscle_us_8x8.json"
 STEPS = (0, 5, 10)
 """After so many steps of its ascent the bound is shown."""
-MOST_DOWN_SETS = 6_000
+RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 LONG_MM = 0.5
 PAGE_INCHES = 8.2
 POINTS = 9.5
@@ -151,6 +154,12 @@ class Fixing:
     through: NDArray[np.float64]
     found: LayeredSearch
 
+    @property
+    def worst(self) -> tuple[int, int]:
+        """The state of the first pair through which the bound is highest."""
+        through = np.where(np.isfinite(self.through), self.through, 0.0)
+        return divmod(int(through.argmax()), through.shape[1])
+
 
 def fix(sheet: Sheet) -> Fixing:
     """Raise the bound over pairs of columns, strike out states, and search the rest."""
@@ -167,7 +176,7 @@ def fix(sheet: Sheet) -> Fixing:
         bound.improve(search.cost, after - before)
         rising.append(bound.bound)
     bound.use_best_multipliers()
-    states = np.diff(bound.blocks.state_start).tolist()
+    states = _states(bound)
     least = bound_through_states(
         bound.blocks, bound.block_costs, bound.ends, bound.arc, bound.ways, bound.value,
         roots(bound.blocks, bound.ends, bound.value),
@@ -177,7 +186,7 @@ def fix(sheet: Sheet) -> Fixing:
     through.flat[bound.blocks.dense[of_first]] = least[of_first]
     bound.fix_states(search.cost)
     bound.use_best_multipliers()
-    left = np.diff(bound.blocks.state_start).tolist()
+    left = _states(bound)
     found = search_layers(search, bound, search.cost, 10**6)
     return Fixing(without, rising, states, left, search.cost, through, found)
 
@@ -293,12 +302,9 @@ def draw_states(sheet: Sheet, fixing: Fixing) -> Figure:
                         (np.nan, np.nan),
                     ]
     axes.plot(*np.array(steps).T, color="#dcdcdc", lw=0.7, zorder=1)
-    for mask, style in (
-        (there & ~kept, {"color": STRUCK, "ms": 3.2}),
-        (kept, {"color": KEPT, "ms": 5.2}),
-    ):
+    for mask, color, size in ((there & ~kept, STRUCK, 3.2), (kept, KEPT, 5.2)):
         i, j = np.nonzero(mask)
-        axes.plot(place[0][i], place[1][j], "o", ls="", zorder=2, **style)
+        axes.plot(place[0][i], place[1][j], "o", ls="", color=color, ms=size, zorder=2)
     way = _way(sheet, sheet.best)
     axes.plot(place[0][way[:, 0]], place[1][way[:, 1]], color=EXTRUSION, lw=2.4, zorder=3)
     sizes = [int(size) for size in sheet.sets.size[:2]]
@@ -323,8 +329,7 @@ def draw_states(sheet: Sheet, fixing: Fixing) -> Figure:
         fontsize=POINTS, handletextpad=0.3, columnspacing=1.2,
     )  # fmt: skip
     on_way = tuple(way[len(way) // 2])
-    off = _struck(fixing, there & ~kept)
-    for letter, state, moment in zip("AB", (on_way, off), moments, strict=True):
+    for letter, state, moment in zip("AB", (on_way, fixing.worst), moments, strict=True):
         x, y = place[0][state[0]], place[1][state[1]]
         axes.plot(x, y, "o", ms=12, mfc="none", mec="black", mew=1.5, zorder=4)
         axes.annotate(
@@ -405,14 +410,6 @@ def _way(sheet: Sheet, result: Result) -> NDArray[np.intp]:
     return np.array(out)
 
 
-def _struck(fixing: Fixing, struck: NDArray[np.bool_]) -> tuple[int, int]:
-    """Of the states that are struck out, the one through which the bound is highest."""
-    i, j = np.unravel_index(
-        np.argmax(np.where(struck & np.isfinite(fixing.through), fixing.through, -np.inf)), struck.shape
-    )
-    return int(i), int(j)
-
-
 def _moment(axes: Axes, sheet: Sheet, state: tuple[int, int]) -> None:
     """What is printed of the first two columns in a state."""
     printed = _members(sheet, 0)[state[0]] | _members(sheet, 1)[state[1]]
@@ -438,55 +435,75 @@ def draw(folder: Path) -> list[Path]:
     return [folder / name for name in figures]
 
 
-def facts() -> dict[str, str]:
-    """Every number that the page states, as it states it."""
+def facts() -> list[str]:
+    """What the page states, number by number, in its words."""
     sheet, tissue = small(), real()
     fixing = fix(sheet)
     merged = sheet.pairs(MERGED_STATES)
     merged.use_best_multipliers()
-    length = [
-        np.hypot(*(made[:, 1] - made[:, 0]).T) for made in map(sheet.travels, (sheet.greedy, sheet.best))
+    assert merged.blocks.blocks == 1
+    assert np.isclose(merged.bound, sheet.best.travel_mm, rtol=1e-9)
+    assert fixing.found.lower_bound == np.inf, "the search in what is left missed nothing"
+    greedy, best, found = sheet.greedy.travel_mm, sheet.best.travel_mm, fixing.found.cost
+    assert np.isclose(found, best, rtol=1e-9)
+    ways = sheet.travels(sheet.greedy)
+    length = np.hypot(*(ways[:, 1] - ways[:, 0]).T)
+    long = length[length > LONG_MM]
+    one, two, three = sheet.sets.counts
+    (begin, half, full), (first, second), (left, right) = fixing.rising, fixing.before, fixing.after
+    counts = tissue.sets.counts
+    out = [
+        f"has {sheet.problem.n} toolpaths",
+        f"here {len(sheet.problem.edges)} arrows",
+        f"in {_power(sheet.orders())} orders",
+        f"in 2{str(sheet.problem.n - 1).translate(RAISED)} ways to choose the directions",
+        f"travels {greedy:.3f} mm, and {best:.3f} mm are enough: greedy is {100 * (greedy / best - 1):.0f} %",
+        f"Just {len(long)} travels, each longer than half a millimetre, make {long.sum():.2f} mm",
+        f"It gives {fixing.cut:.3f} mm here",
+        f"have {one}, {two} and {three} down-sets, and together they come to {sum(_states(merged))} states",
+        f"with {tissue.problem.n} toolpaths",
+        f"make {_power(int(np.prod([int(count) for count in counts], dtype=object)))} combinations",
+        f"all seven pairs together {int((counts[1:] * counts[:-1]).sum()):,}",
+        f"the bound is {fixing.without:.3f} mm with all of these at 0, {begin:.3f} with the prices",
+        f"{half:.3f} after {STEPS[1]} steps and {full:.3f} after {STEPS[2]}.",
+        f"of up to {MERGED_STATES:,} states",
+        f"here {fixing.cut:.3f} mm, no better sequence",
+        f"{left} of {first} states are kept, of the second {right} of {second}",
+        f"no sequence through it costs less than {fixing.through[fixing.worst]:.3f} mm",
+        f"takes {fixing.found.nodes} nodes: the optimum is {found:.3f} mm, proved",
+        f"greedy has {tissue.greedy.travel_mm:.2f} there",
+        f"tried up to {PROVE_UP_TO['default']} toolpaths, a beam up to {BEAM_UP_TO['default']}",
+        f"up to {WINDOWS_UP_TO:,} toolpaths",
+        f"more than {MOST_DOWN_SETS} down-sets",
+        f"tried up to {CARRY_UP_TO['default']} toolpaths",
     ]
-    long = [of[of > LONG_MM] for of in length]
-    orders = sheet.orders()
-    out = {
-        "toolpaths": f"{sheet.problem.n} toolpaths",
-        "arrows": f"{len(sheet.problem.edges)} arrows",
-        "greedy": f"{sheet.greedy.travel_mm:.3f} mm",
-        "best": f"{sheet.best.travel_mm:.3f} mm",
-        "above": f"{100 * (sheet.greedy.travel_mm / sheet.best.travel_mm - 1):.0f} %",
-        "long travels of greedy": f"{len(long[0])} travels",
-        "their length": f"{long[0].sum():.2f} mm",
-        "orders": f"{orders / 10 ** (len(str(orders)) - 1):.1f} · 10^{len(str(orders)) - 1}",
-        "down-sets": ", ".join(map(str, sheet.sets.counts.tolist())),
-        "states": f"{int(np.diff(merged.blocks.state_start)[0])} states",
-        "bound without multipliers": f"{fixing.without:.3f} mm",
-        "bounds": " ".join(f"{bound:.3f}" for bound in fixing.rising),
-        "known": f"{fixing.cut:.3f} mm",
-        "before": " ".join(map(str, fixing.before)),
-        "after": " ".join(map(str, fixing.after)),
-        "nodes": f"{fixing.found.nodes} nodes",
-        "found": f"{fixing.found.cost:.3f} mm, missed {fixing.found.lower_bound}",
-        "bound of one block": f"{merged.bound:.3f} mm in {merged.blocks.blocks} block",
-        "tissue: toolpaths": f"{tissue.problem.n} toolpaths",
-        "tissue: down-sets": ", ".join(map(str, tissue.sets.counts.tolist())),
-        "tissue: product": f"{float(np.prod(tissue.sets.counts.astype(np.float64))):.1e}",
-        "tissue: states of pairs": str(int((tissue.sets.counts[1:] * tissue.sets.counts[:-1]).sum())),
-        "tissue: greedy": f"{tissue.greedy.travel_mm:.2f} mm",
-    }
-    for k, told in enumerate(told for told in tissue.searched[1] if told.stage == "search"):
-        out[f"tissue: round {k + 1}"] = row(told)
+    assert len(counts) == 8
+    assert tissue.best.proved
+    rounds = [told for told in tissue.searched[1] if told.stage == "search"]
+    for k, told in enumerate(rounds):
+        cost, bound = told.cost, told.lower_bound or 0.0
+        out.append(f"| {k + 1} | {cost:.3f} | {bound:.3f} | {100 * (cost - bound) / cost:.2f} % |")
+    cost, bound, optimum = rounds[0].cost, rounds[0].lower_bound or 0.0, tissue.best.travel_mm
+    out += [
+        f"was {100 * (cost / optimum - 1):.2f} % above the optimum, "
+        f"the bound {100 * (1 - bound / optimum):.2f} % below",
+        f"which gives {100 * (cost / bound - 1):.2f} % for round 1",
+    ]
     return out
 
 
-def row(told: Progress) -> str:
-    """A row of the page's table: the best sequence, the bound, the gap."""
-    bound = told.lower_bound or 0.0
-    return f"{told.cost:.3f} | {bound:.3f} | {100 * (told.cost - bound) / told.cost:.2f} %"
+def _states(bound: PairBound) -> list[int]:
+    """The states of each block."""
+    return [int(states) for states in np.diff(bound.blocks.state_start)]
+
+
+def _power(number: int) -> str:
+    """A large number with two digits and a power of ten."""
+    digits = len(str(number)) - 1
+    return f"{number / 10**digits:.1f}·10{str(digits).translate(RAISED)}"
 
 
 if __name__ == "__main__":
     for path in draw(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images"):
         print(f"{path.name}  {path.stat().st_size / 1000:.0f} kB")
-    for name, value in facts().items():
-        print(f"{name:28}{value}")
+    print(*facts(), sep="\n")
