@@ -158,7 +158,8 @@ class Fixing:
     def worst(self) -> tuple[int, int]:
         """The state of the first pair through which the bound is highest."""
         through = np.where(np.isfinite(self.through), self.through, 0.0)
-        return divmod(int(through.argmax()), through.shape[1])
+        i, j = np.unravel_index(through.argmax(), through.shape)
+        return int(i), int(j)
 
 
 def fix(sheet: Sheet) -> Fixing:
