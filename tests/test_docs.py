@@ -1,0 +1,84 @@
+"""What the documents say of themselves: their links, and the numbers of docs/how-it-works.md."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DOCS = [*sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/*.md"))]
+PAGE = ROOT / "docs" / "how-it-works.md"
+SCRIPT = ROOT / "docs" / "how_it_works.py"
+
+
+@pytest.fixture(scope="module")
+def script():
+    spec = importlib.util.spec_from_file_location("how_it_works", SCRIPT)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def prose(file):
+    """A document without its blocks of code."""
+    return re.sub(r"^```.*?^```", "", file.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+
+
+def anchors(file):
+    """The anchors of a document's headings, as GitHub makes them."""
+    heads = re.findall(r"^#+ (.*)$", prose(file), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def links(file):
+    """What a document links to, without what is inside code."""
+    return re.findall(r"\]\(([^()\s]+)\)", re.sub(r"`[^`]*`", "", prose(file)))
+
+
+@pytest.mark.parametrize("file", DOCS, ids=lambda file: file.name)
+def test_links_lead_somewhere(file):
+    for link in links(file):
+        if re.match(r"[a-z]+:", link):
+            continue
+        place, _, anchor = link.partition("#")
+        target = file.parent / place if place else file
+        assert target.exists(), f"{file.name}: {link}"
+        assert not anchor or anchor in anchors(target), f"{file.name}: {link}"
+
+
+def test_places_in_the_code_exist():
+    """Whatever the page names as a folder or module is there."""
+    names = [name for name in re.findall(r"`([\w/]+(?:/|\.py|\.json))`", prose(PAGE)) if "/" in name]
+    assert len(names) > 15
+    for name in names:
+        inside = name if (ROOT / name).exists() else f"slicer/sequence/{name}"
+        assert (ROOT / inside).exists(), name
+
+
+def test_numbers_are_those_of_the_code(script):
+    text = " ".join(prose(PAGE).split())
+    told = [" ".join(fact.split()) for fact in script.facts()]
+    missing = [fact for fact in told if fact not in text]
+    assert not missing
+    # And none but those, of all that have a decimal point or more than two digits.
+    for fact in told:
+        text = text.replace(fact, "")
+    assert not re.findall(r"\d+[.,]\d+|\d{3,}", re.sub(r"`[^`]*`", "", text))
+
+
+def test_pictures_are_those_that_are_drawn(script, tmp_path):
+    drawn = script.draw(tmp_path)
+    shown = [link for link in links(PAGE) if link.startswith("images/")]
+    assert sorted(shown) == sorted(f"images/{path.name}" for path in drawn)
+    for path in drawn:
+        kept = ROOT / "docs" / "images" / path.name
+        assert kept.stat().st_size < 150_000
+        assert content(kept) == content(path)
+
+
+def content(file):
+    """The words of a picture, and how many marks of each colour it has; not how they are written."""
+    text = file.read_text(encoding="utf-8")
+    colors = sorted(set(re.findall(r"(?:stroke|fill): (#\w{6})", text)))
+    return re.findall(r"<text[^>]*>([^<]*)", text), [(color, text.count(color)) for color in colors]
