@@ -453,7 +453,8 @@ def facts() -> list[str]:
     one, two, three = sheet.sets.counts
     (begin, half, full), (first, second), (left, right) = fixing.rising, fixing.before, fixing.after
     counts = tissue.sets.counts
-    out = [
+    assert len(counts) == 8
+    return [
         f"has {sheet.problem.n} toolpaths",
         f"here {len(sheet.problem.edges)} arrows",
         f"in {_power(sheet.orders())} orders",
@@ -478,13 +479,18 @@ def facts() -> list[str]:
         f"more than {MOST_DOWN_SETS} down-sets",
         f"tried up to {CARRY_UP_TO['default']} toolpaths",
     ]
-    assert len(counts) == 8
+
+
+def rounds() -> list[str]:
+    """What the page states of a search on its way, which another processor may round a little differently."""
+    tissue = real()
     assert tissue.best.proved
-    rounds = [told for told in tissue.searched[1] if told.stage == "search"]
-    for k, told in enumerate(rounds):
-        cost, bound = told.cost, told.lower_bound or 0.0
+    told = [one for one in tissue.searched[1] if one.stage == "search"]
+    out = []
+    for k, one in enumerate(told):
+        cost, bound = one.cost, one.lower_bound or 0.0
         out.append(f"| {k + 1} | {cost:.3f} | {bound:.3f} | {100 * (cost - bound) / cost:.2f} % |")
-    cost, bound, optimum = rounds[0].cost, rounds[0].lower_bound or 0.0, tissue.best.travel_mm
+    cost, bound, optimum = told[0].cost, told[0].lower_bound or 0.0, tissue.best.travel_mm
     out += [
         f"was {100 * (cost / optimum - 1):.2f} % above the optimum, "
         f"the bound {100 * (1 - bound / optimum):.2f} % below",

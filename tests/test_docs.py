@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 DOCS = [*sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/*.md"))]
 PAGE = ROOT / "docs" / "how-it-works.md"
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
 SCRIPT = ROOT / "docs" / "how_it_works.py"
 
 
@@ -64,6 +65,12 @@ def test_numbers_are_those_of_the_code(script):
     # And none but those, of all that have a decimal point or more than two digits.
     for fact in told:
         text = text.replace(fact, "")
+    for fact in script.rounds():
+        match = re.search(NUMBER.sub(NUMBER.pattern.replace("\\", "\\\\"), re.escape(fact)), text)
+        assert match, fact
+        for written, found in zip(NUMBER.findall(match[0]), NUMBER.findall(fact), strict=True):
+            assert float(written) == pytest.approx(float(found), rel=0.02, abs=0.5), fact
+        text = text.replace(match[0], "")
     assert not re.findall(r"\d+[.,]\d+|\d{3,}", re.sub(r"`[^`]*`", "", text))
 
 
