@@ -24,10 +24,12 @@ class Draws(IntEnum):
 
 
 def random_state(seed: int, draws: Draws, stream: int | None = None) -> NDArray[np.uint64]:
-    """uint64 (1,), the state of ``draw``; ``stream`` tells apart several runs of one kind."""
-    key = [] if draws == Draws.ANNEALING else [int(draws)]
-    key += [] if stream is None else [stream]
-    return np.random.SeedSequence([seed, *key]).generate_state(1, np.uint64).astype(np.uint64)
+    """uint64 (1,), the state of ``draw``; ``stream`` tells apart several runs of one kind.
+
+    Each is a child of the seed's own sequence, by the spawn keys of numpy's ``SeedSequence``.
+    """
+    key = (int(draws),) if stream is None else (int(draws), stream)
+    return np.random.SeedSequence(seed, spawn_key=key).generate_state(1, np.uint64).astype(np.uint64)
 
 
 @bare_kernel
