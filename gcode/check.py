@@ -17,7 +17,7 @@ from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
 from gcode.ranges import SLOWEST_MM_S
-from gcode.strokes import Stroke, compare_with_hatch, prime_strokes
+from gcode.strokes import Stroke, compare_with_hatch, motions, prime_strokes
 from gcode.violation import Violation
 from profiles import Profile
 
@@ -68,7 +68,8 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
 
     """
     feeding, printing = check_feeding(moves, profile, _only_spacing(grid))
-    laid, segments = _motions(moves, printing)
+    laid = motions(moves, printing)
+    segments = np.array([(s.x0, s.y0, s.x1, s.y1, s.line) for s in laid], np.float64).reshape(-1, 5)
     primes = prime_strokes(laid, moves, profile.motion.prime_mm)
     violations = (
         check_commands(moves, printing, profile)
@@ -96,19 +97,6 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
     else:
         travel = 0.0
     return Report(violations, len(moves), int(prints.sum()), float(lengths[prints].sum()), travel)
-
-
-def _motions(moves: list[Move], printing: list[bool]) -> tuple[list[Stroke], NDArray[np.float64]]:
-    """Every movement in the plane of which both ends are known, and the same as float (n, 5)."""
-    found = []
-    x = y = depth = math.nan
-    for move, prints in zip(moves, printing, strict=True):
-        if move.kind in (Kind.TRAVEL, Kind.EXTRUDE) and not (math.isnan(x) or math.isnan(y)):
-            off = 0.0 if math.isnan(depth) else abs(move.depth_mm - depth)
-            found.append(Stroke(x, y, move.x_mm, move.y_mm, move.line, move.line, prints, off, move.depth_mm))
-        x, y, depth = move.x_mm, move.y_mm, move.depth_mm
-    rows = [(s.x0, s.y0, s.x1, s.y1, s.line) for s in found]
-    return found, np.array(rows, np.float64).reshape(-1, 5)
 
 
 def _collisions(laid: list[Stroke], segments: NDArray[np.float64], same_x: float) -> list[Violation]:

@@ -1,7 +1,7 @@
 """Pictures: the tilts of a grid, its toolpaths, and the sequence of a plan or of a program."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,12 +10,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from gcode.feeding import check_feeding
 from gcode.moves import Kind, Move
 from gcode.parse import moves_unseen
+from gcode.strokes import motions, prime_strokes
 from profiles import Profile
 
 if TYPE_CHECKING:  # shapely, and what compiles the routing
@@ -23,8 +26,11 @@ if TYPE_CHECKING:  # shapely, and what compiles the routing
     from slicer.travel import Plan
 
 Color = Literal["kind", "order"]
-EXTRUSION, TRAVEL, START = "#d62728", "#1f77b4", "#2ca02c"
+EXTRUSION, TRAVEL, START, PRIME = "#d62728", "#1f77b4", "#2ca02c", "0.6"
 FORMATS = ("png", "svg", "pdf")
+LEAST_IN = (4.0, 3.0)
+"""Width and height of a picture below which its title, labels and legend have no room."""
+LEGEND_COLUMN_IN = 1.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +41,13 @@ class Drawing:
         toolpaths: float64 (n, 2, 2), [start, end] in mm.
         travels: polylines, float64 (k, 2) each.
         from_toolpath: for each travel, how many toolpaths were laid before it.
+        prime: float64 (m, 2, 2), what only filled the nozzle; it belongs to no sheet and is not counted.
     """
 
     toolpaths: NDArray[np.float64]
     travels: list[NDArray[np.float64]]
     from_toolpath: list[int]
+    prime: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2, 2)))
 
     @classmethod
     def of_plan(cls, plan: "Plan") -> "Drawing":
@@ -58,8 +66,9 @@ class Drawing:
 
     @classmethod
     def of_moves(cls, moves: list[Move], profile: Profile) -> "Drawing":
-        """What a program that was read does between its first and its last extrusion."""
-        _, printing = check_feeding(moves, profile)
+        """What a program that was read does from its first toolpath to its last, and its prime line."""
+        printing, primes = _laid(moves, profile)
+        prime: list[tuple[list[float], list[float]]] = []
         toolpaths: list[tuple[list[float], list[float]]] = []
         travels: list[NDArray[np.float64]] = []
         from_toolpath: list[int] = []
@@ -73,7 +82,10 @@ class Drawing:
             if move.kind not in (Kind.TRAVEL, Kind.EXTRUDE):
                 continue
             here = [move.x_mm, move.y_mm]
-            if prints and trail:
+            if prints and trail and move.line in primes:
+                prime.append((trail[-1], here))
+                trail = [here]
+            elif prints and trail:
                 if len(trail) > 1 and toolpaths:
                     travels.append(np.array(trail))
                     from_toolpath.append(len(toolpaths))
@@ -81,16 +93,23 @@ class Drawing:
                 trail = [here]
             elif not np.isnan(here).any():
                 trail.append(here)
-        return cls(np.array(toolpaths, np.float64).reshape(-1, 2, 2), travels, from_toolpath)
+        laid, filled = (np.array(ends, np.float64).reshape(-1, 2, 2) for ends in (toolpaths, prime))
+        return cls(laid, travels, from_toolpath, filled)
+
+
+def _laid(moves: list[Move], profile: Profile) -> tuple[list[bool], set[int]]:
+    """For each move whether it lays material, and the lines that only fill the nozzle."""
+    _, printing = check_feeding(moves, profile)
+    return printing, prime_strokes(motions(moves, printing), moves, profile.motion.prime_mm)
 
 
 def not_drawn(moves: list[Move], profile: Profile) -> list[Move]:
-    """What moves between the first and the last extrusion in a way that is not followed, and leaves a gap."""
-    _, printing = check_feeding(moves, profile)
-    laid = np.flatnonzero(printing)
+    """What moves between the first and the last toolpath in a way that is not followed, and leaves a gap."""
+    printing, primes = _laid(moves, profile)
+    laid = [k for k, prints in enumerate(printing) if prints and moves[k].line not in primes]
     if len(laid) == 0:
         return []
-    inside = moves[int(laid[0]) : int(laid[-1])]
+    inside = moves[laid[0] : laid[-1]]
     return [move for move in inside if move.kind != Kind.COMMENT and move.text and moves_unseen(move.text)]
 
 
@@ -128,10 +147,10 @@ def draw_sequence(
     Args:
         axes: the machine's axes that the drawing is in; by default it is in those of the sheet.
     """
-    points = drawing.toolpaths.reshape(-1, 2)
+    points = np.concatenate([drawing.toolpaths, drawing.prime]).reshape(-1, 2)
     low = points.min(axis=0) if len(points) else np.zeros(2)
     size = points.max(axis=0) - low if len(points) else np.ones(2)
-    figure, plot = _sheet((low[0], low[1]), size[0], size[1], axes)
+    figure, plot = _sheet((low[0], low[1]), size[0], size[1], axes, ramp=color == "order")
     n = len(drawing.toolpaths)
     width = _thin(n)
     done: Any
@@ -145,7 +164,10 @@ def draw_sequence(
         done = ramp(scale(np.arange(1, n + 1)))
         # A travel has the colour of the toolpath that it leaves, and is thin.
         between = ramp(scale(np.array(drawing.from_toolpath, np.float64)))
-        figure.colorbar(mpl.cm.ScalarMappable(scale, ramp), ax=plot, label="toolpath", shrink=0.8)
+        # Beside a low sheet the bar would be a stub.
+        place: Literal["bottom", "right"] = "bottom" if size[1] < 0.25 * size[0] else "right"
+        bar = mpl.cm.ScalarMappable(scale, ramp)
+        figure.colorbar(bar, ax=plot, label="toolpath", shrink=0.8, location=place)
     thin = width if of_kind else 0.5 * width
     plot.add_collection(LineCollection(drawing.travels, colors=between, linewidths=thin, zorder=3))
     plot.add_collection(LineCollection(list(drawing.toolpaths), colors=done, linewidths=width, zorder=2))
@@ -153,10 +175,16 @@ def draw_sequence(
         Line2D([], [], color=EXTRUSION if of_kind else "0.3", lw=1.6, label="extrusion"),
         Line2D([], [], color=TRAVEL if of_kind else "0.3", lw=1.6 if of_kind else 0.6, label="travel"),
     ]
+    if len(drawing.prime):
+        plot.add_collection(LineCollection(list(drawing.prime), colors=PRIME, linewidths=1.6, zorder=1))
+        handles.append(Line2D([], [], color=PRIME, lw=1.6, label="prime line"))
     if n:
         start = drawing.toolpaths[0, 0]
         handles += plot.plot(*start, "o", color=START, ms=7, zorder=4, label="start", linestyle="")
-        plot.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, frameon=False)
+        # "outside": the layout gives the legend a place of its own, whatever the shape of the sheet.
+        figure.legend(
+            handles=handles, loc="outside lower center", ncols=_columns(figure, handles), frameon=False
+        )
     plot.set_title(title or f"{n} toolpaths")
     return figure
 
@@ -182,18 +210,32 @@ def thumbnail(plan: "Plan", size_px: tuple[int, int]) -> bytes:
     return picture(figure, "png", dpi=100)
 
 
-def _sheet(origin: Iterable[float], width: float, height: float, names: str = "") -> tuple[Figure, Axes]:
+def _sheet(
+    origin: Iterable[float], width: float, height: float, names: str = "", *, ramp: bool = False
+) -> tuple[Figure, Axes]:
+    """An empty sheet with its axes, and room for what stands around it however low or narrow it is."""
     x, y = origin
     longest = max(width, height, 1e-9)
-    figure = Figure(figsize=(1.8 + 6.0 * width / longest, 1.8 + 6.0 * height / longest), layout="constrained")
+    long_in = (6.0 * width / longest, 6.0 * height / longest)
+    size_in = (max(LEAST_IN[0], 1.8 + long_in[0]) + ramp, max(LEAST_IN[1], 2.1 + long_in[1]))
+    figure = Figure(figsize=size_in, layout=ConstrainedLayoutEngine(compress=True, h_pad=0.08))
     axes = figure.add_subplot()
     margin = 0.03 * longest
     axes.set_xlim(x - margin, x + width + margin)
     axes.set_ylim(y - margin, y + height + margin)
     axes.set_aspect("equal")
+    for axis, inches in zip((axes.xaxis, axes.yaxis), long_in, strict=True):
+        axis.set_major_locator(
+            MaxNLocator(int(np.clip(2 * inches, 1, 9)), steps=[1, 2, 5, 10], min_n_ticks=1)
+        )
     axes.set_xlabel(f"{names[0]} of the machine [mm]" if names else "x [mm]")
     axes.set_ylabel(f"{names[1]} of the machine [mm]" if names else "y [mm], build direction")
     return figure, axes
+
+
+def _columns(figure: Figure, handles: Sequence[Any]) -> int:
+    """As many columns of a legend as go beside each other."""
+    return min(len(handles), int(figure.get_figwidth() / LEGEND_COLUMN_IN))
 
 
 def _thin(lines: int) -> float:

@@ -1,5 +1,6 @@
 """The lines that a program draws, and whether they are the hatch lines of a grid."""
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,6 +30,22 @@ class Stroke(NamedTuple):
     prints: bool
     off_plane: float
     depth: float
+
+
+def motions(moves: Sequence[Move], printing: Sequence[bool]) -> list[Stroke]:
+    """Every movement in the plane of which both ends are known.
+
+    Args:
+        printing: for each move, whether it lays material.
+    """
+    found = []
+    x = y = depth = math.nan
+    for move, prints in zip(moves, printing, strict=True):
+        if move.kind in (Kind.TRAVEL, Kind.EXTRUDE) and not (math.isnan(x) or math.isnan(y)):
+            off = 0.0 if math.isnan(depth) else abs(move.depth_mm - depth)
+            found.append(Stroke(x, y, move.x_mm, move.y_mm, move.line, move.line, prints, off, move.depth_mm))
+        x, y, depth = move.x_mm, move.y_mm, move.depth_mm
+    return found
 
 
 def strokes(moves: Iterable[Stroke]) -> list[Stroke]:
