@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from dialect.commands import EMPTIES_QUEUE, IMMEDIATE_OUTPUTS, code_of
 from dialect.numbers import plain
 from dialect.reader import clean
+from gcode import volume
 from gcode.bead import bead_area_mm2, bead_height_mm, feed_per_mm
-from gcode.errors import BuildVolumeError
 from gcode.estimate import Times, times_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
@@ -68,11 +68,8 @@ def build(
         BuildVolumeError: a position is outside the machine.
     """
     height = bead_height_mm(profile.material, spacing_mm)
-    shift = _shift(plan, profile, height)
-    _inside(plan, profile, shift, tile)
-    _park_is_inside(profile)
-    if profile.motion.prime_mm and len(plan.toolpaths):
-        prime_line(plan, profile, shift)
+    volume.check_sheet(plan.toolpaths, height, profile, tile, plan.order)
+    volume.check_travels(plan, height, profile, tile)
     return lay_out(plan, profile, spacing_mm)
 
 
@@ -80,7 +77,7 @@ def lay_out(plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64]) -> 
     """The same without asking whether the machine can reach it: to compare plans by their times."""
     material = profile.material
     height = bead_height_mm(material, spacing_mm)
-    shift = _shift(plan, profile, height)
+    shift = volume.shift_mm(plan.toolpaths, height, profile)
     rate = feed_per_mm(material, height)
     primed = profile.motion.prime_mm * float(rate[0]) if len(rate) else 0.0
     length = np.hypot(*(plan.toolpaths[:, 1] - plan.toolpaths[:, 0]).T)
@@ -93,79 +90,6 @@ def lay_out(plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64]) -> 
         primed_mm=primed,
         material_ul=float((bead_area_mm2(material, height) * length).sum()) * material.flow,
         times=times_of(moves, profile),
-    )
-
-
-def _shift(plan: "Plan", profile: Profile, height: NDArray[np.float64]) -> tuple[float, float]:
-    """The lowest bead lies on the bed: its axis is half its height above it."""
-    if len(plan.toolpaths) == 0:
-        return profile.machine.offset_mm, profile.machine.bed_z_mm
-    lowest = float((plan.toolpaths[:, :, 1].min(axis=1) - height / 2).min())
-    return profile.machine.offset_mm, profile.machine.bed_z_mm - lowest
-
-
-def _inside(plan: "Plan", profile: Profile, shift: tuple[float, float], tile: NDArray[np.int32]) -> None:
-    """Raise ``BuildVolumeError`` for the first position that the machine cannot reach."""
-    machine = profile.machine
-    axes = "XYZ"
-    horizontal = axes.index(machine.plane[0])
-    corner = np.array(machine.build_corner_mm)
-    far = corner + np.array(machine.build_volume_mm)
-    across = 1 - horizontal
-    if not corner[across] <= machine.fixed_mm <= far[across]:
-        raise BuildVolumeError(
-            f"[machine] fixed_mm {machine.fixed_mm:g} is outside the build volume: {axes[across]} runs from "
-            f"{corner[across]:g} to {far[across]:g} mm"
-        )
-    plane = [horizontal, 2]
-    points = np.concatenate([plan.toolpaths.reshape(-1, 2), plan.via]) + shift
-    via_owner = np.repeat(np.arange(len(plan.toolpaths)), np.diff(plan.via_start))
-    owner = np.concatenate([np.repeat(np.arange(len(plan.toolpaths)), 2), via_owner])
-    outside = (points < corner[plane] - STILL_MM) | (points > far[plane] + STILL_MM)
-    if not outside.any():
-        return
-    k, side = (int(index) for index in np.argwhere(outside)[0])
-    axis, s = plane[side], owner[k]
-    what = "toolpath" if k < 2 * len(plan.toolpaths) else "the travel to toolpath"
-    raise BuildVolumeError(
-        f"tile ({tile[s, 0]}, {tile[s, 1]}), {what} {plan.order[s]}: {axes[axis]} {points[k, side]:.3f} mm "
-        f"is outside the build volume, {corner[axis]:g} to {far[axis]:g} mm. "
-        "Move the sheet ([machine] offset_mm), or make it smaller."
-    )
-
-
-def _park_is_inside(profile: Profile) -> None:
-    machine, park = profile.machine, profile.motion.park_mm
-    axis = "XYZ".index(machine.plane[0])
-    low, high = machine.build_corner_mm[axis], machine.build_corner_mm[axis] + machine.build_volume_mm[axis]
-    if park is not None and not low <= park <= high:
-        raise BuildVolumeError(
-            f"[motion] park_mm {park:g} is outside the build volume: {machine.plane[0]} runs from {low:g} to "
-            f"{high:g} mm"
-        )
-
-
-def prime_line(plan: "Plan", profile: Profile, shift: tuple[float, float]) -> tuple[float, float]:
-    """Where on the sheet's horizontal axis the line that fills the nozzle begins and ends, in mm.
-
-    It runs towards the sheet, on its left where there is room, else on its right.
-
-    Raises:
-        BuildVolumeError: there is no room on either side.
-    """
-    machine, motion = profile.machine, profile.motion
-    axis = "XYZ".index(machine.plane[0])
-    low, high = machine.build_corner_mm[axis], machine.build_corner_mm[axis] + machine.build_volume_mm[axis]
-    left = float(plan.toolpaths[:, :, 0].min()) + shift[0] - motion.prime_gap_mm
-    right = float(plan.toolpaths[:, :, 0].max()) + shift[0] + motion.prime_gap_mm
-    if left - motion.prime_mm >= low:
-        return left - motion.prime_mm, left
-    if right + motion.prime_mm <= high:
-        return right + motion.prime_mm, right
-    raise BuildVolumeError(
-        f"[motion] prime_mm {motion.prime_mm:g}: beside the sheet there are {max(0.0, left - low):.3f} mm on "
-        f"the left and {max(0.0, high - right):.3f} mm on the right. Make prime_mm shorter, or move the "
-        "sheet ([machine] offset_mm)."
     )
 
 
@@ -202,7 +126,8 @@ class _Writer:
         yield from self._commands(["G21", "G90", "M83"])
         if len(plan.toolpaths):
             if profile.motion.prime_mm:
-                yield from self._prime(*prime_line(plan, self.profile, self.shift), float(height[0]), primed)
+                where = volume.prime_line(plan.toolpaths, profile, self.shift)
+                yield from self._prime(*where, float(height[0]), primed)
             yield from self._print(plan, feed, height)
         yield self._comment("TYPE:CUSTOM")
         yield from self._commands(render(profile.gcode.end, profile.values))

@@ -6,7 +6,16 @@
 import serial
 
 from printer.commands import Program, make_program, read_program
-from printer.errors import JournalError, PortError, PrinterError, ProtocolError, ResumeError, StreamError
+from printer.errors import (
+    BusyError,
+    JournalError,
+    MovedError,
+    PortError,
+    PrinterError,
+    ProtocolError,
+    ResumeError,
+    StreamError,
+)
 from printer.job import Job, stream
 from printer.journal import Journal
 from printer.report import Progress, Report, State
@@ -17,9 +26,11 @@ if HANDLERS not in serial.protocol_handler_packages:
     serial.protocol_handler_packages.append(HANDLERS)
 
 __all__ = [
+    "BusyError",
     "Job",
     "Journal",
     "JournalError",
+    "MovedError",
     "PortError",
     "PrinterError",
     "Program",

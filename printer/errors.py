@@ -23,7 +23,15 @@ class PortError(PrinterError):
 
 
 class JournalError(PrinterError):
-    """A journal that is missing, held by another sender, or of another program."""
+    """A journal that is missing or damaged, or of another program."""
+
+
+class BusyError(PrinterError):
+    """A port or a journal that another sender holds."""
+
+
+class MovedError(PrinterError):
+    """A printer that was reset or moved while a question stood."""
 
 
 class ResumeError(PrinterError):

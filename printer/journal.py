@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from printer import last_job
-from printer.errors import JournalError
+from printer.errors import BusyError, JournalError
 from printer.ports import lock_file, state_folder
 
 LINES_PER_SYNC = 500
@@ -162,7 +162,7 @@ class Journal:
     """
 
     def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
-        """Raises JournalError if another sender has the journal open."""
+        """Raises BusyError if another sender has the journal open."""
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path, self._clock = path, clock
         self._file: IO[bytes] = path.open("ab+")
@@ -172,9 +172,7 @@ class Journal:
                 raise OSError("removed by its last owner between our opening and locking it")
         except OSError as error:
             self._file.close()
-            raise JournalError(
-                f"{path.name}: another sender writes this journal: wait, or stop it."
-            ) from error
+            raise BusyError(f"{path.name}: another sender writes this journal: wait, or stop it.") from error
         self._first: dict[str, Any] = {}
         self._aside: Path | None = None
         self._keep, self._line, self._synced_line = 0, 0, 0

@@ -13,7 +13,7 @@ import serial
 from platformdirs import user_state_path
 from serial.tools import list_ports
 
-from printer.errors import PortError, PrinterError
+from printer.errors import BusyError, PortError
 
 READ_TIMEOUT_S = 0.1
 WRITE_TIMEOUT_S = 5.0
@@ -93,9 +93,7 @@ class Lock:
             lock_file(file)
         except OSError as error:
             file.close()
-            raise PrinterError(
-                f"{self.what} is in use by another sender: wait for it, or stop it."
-            ) from error
+            raise BusyError(f"{self.what} is in use by another sender: wait for it, or stop it.") from error
         self._file = file
         return self
 

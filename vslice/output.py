@@ -7,26 +7,26 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-import click
+from vslice.terminal.failure import InputError
 
 
 def check_place(path: Path | None) -> None:
     """Refuse a place that ``write`` would refuse, before the work whose result is to be written there.
 
     Raises:
-        ClickException: the path is a folder, or in none, or must not be written.
+        InputError: the path is a folder, or in none, or must not be written.
     """
     if path is None:
         return
     if path.is_dir():
-        raise click.ClickException(f"{path} is a folder; name a file in it.")
+        raise InputError(f"{path} is a folder; name a file in it.")
     if not path.parent.is_dir():
-        raise click.ClickException(f"{path}: there is no folder {path.parent}; make it first.")
+        raise InputError(f"{path}: there is no folder {path.parent}; make it first.")
     ordinary = not path.exists() or path.is_file()
     # An ordinary file is replaced by one that is written beside it.
     where = path.resolve().parent if ordinary else path
     if not os.access(where, os.W_OK):
-        raise click.ClickException(f"{path}: you may not write to {where}; name another place.")
+        raise InputError(f"{path}: you may not write to {where}; name another place.")
 
 
 def write(path: Path | None, chunks: Iterable[bytes]) -> None:
@@ -37,7 +37,7 @@ def write(path: Path | None, chunks: Iterable[bytes]) -> None:
     it is; a link stays a link, and what it points to is replaced.
 
     Raises:
-        ClickException: see ``check_place``.
+        InputError: see ``check_place``.
         OSError: it cannot be written, as on a full disk; the text names it. An ordinary file has not
             changed.
     """

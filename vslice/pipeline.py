@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import profiles
-from gcode import advice, emit, program
-from profiles import Profile
+from gcode import advice, emit, program, volume
+from gcode.bead import bead_height_mm
+from gcode.errors import BuildVolumeError
+from profiles import Profile, ProfileError
 from slicer import hatch, sequence, travel
 from slicer.errors import SlicerError
 from slicer.grid import Grid
@@ -155,10 +157,18 @@ def slice_grid(
         progress: told how the search for an order goes.
     """
     profile = profiles.load(profile_name, overrides)
+    try:
+        volume.check_machine(profile)
+    except BuildVolumeError as error:
+        raise ProfileError(f"{profile_name}: {error}.") from None
     step("reading")
     sheet = read_grid(grid_file)
     step("hatching")
     lines = hatched(sheet)
+    # Said before the search, which takes minutes for a large sheet; where travels go is not known until then.
+    col, row = lines.tile.T
+    height = bead_height_mm(profile.material, sheet.spacing_mm[row, col])
+    volume.check_sheet(lines.segments, height, profile, lines.tile)
     step("sequencing")
     problem = problem_of(lines.segments, search.start)
     objective = objective_of(profile, objective_name(search.objective))

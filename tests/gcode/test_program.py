@@ -162,3 +162,30 @@ def test_time_and_material():
     made = make_program(make_grid([[0]]), profiles.load("marlin-generic"))
     assert made.material_ul == pytest.approx(made.feed_mm * math.pi / 4 * 1.75**2)
     assert made.seconds > 5 * 1.0 / 20
+
+
+@pytest.mark.parametrize(
+    ("grid", "setting", "says"),
+    [
+        (
+            {"tile": (120.0, 10.0), "angles": [[-45, -45]]},
+            "offset_mm=10.0",
+            r"X 10\.000 to 250\.000 mm, 20\.000 mm more than the machine has: make the sheet smaller",
+        ),
+        (
+            {"tile": (100.0, 10.0), "angles": [[0, 0]]},
+            "offset_mm=40.0",
+            r"it fits with \[machine\] offset_mm from 0 to 20, which is 40 now",
+        ),
+        (
+            {"tile": (10.0, 10.0), "angles": [[0]]},
+            "bed_z_mm=245.0",
+            r"Z 2\d\d\.\d+ to 25\d\.\d+ mm, \d\.\d+ mm beyond it, since the bed is at \[machine\] bed_z_mm 245",
+        ),
+    ],
+    ids=["too wide", "to be moved", "bed too high"],
+)
+def test_it_says_by_how_much_and_what_to_do(grid, setting, says):
+    sheet = make_grid(grid["angles"], tile=grid["tile"], spacing=3.0)
+    with pytest.raises(BuildVolumeError, match=says):
+        moves_of(sheet, "marlin-generic", f"machine.{setting}")

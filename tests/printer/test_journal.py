@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import settings as search
 from hypothesis import strategies as st
 
-from printer import JournalError, Settings, StreamError, make_program, stream
+from printer import BusyError, JournalError, Settings, StreamError, make_program, stream
 from printer.job import Job
 from printer.journal import (
     Entry,
@@ -125,7 +125,7 @@ def test_at_most_one_sync_a_second_or_five_hundred_lines(path, monkeypatch):
 
 def test_a_second_sender_on_one_journal_is_refused(path):
     journal = Journal(path)
-    with pytest.raises(JournalError, match="another sender"):
+    with pytest.raises(BusyError, match="another sender"):
         Journal(path)
     journal.close()
     Journal(path).close()
@@ -167,7 +167,7 @@ def test_a_journal_that_its_owner_removed_meanwhile_is_nobodys(path, monkeypatch
         first.close()
 
     monkeypatch.setattr("printer.journal.lock_file", lock)
-    with pytest.raises(JournalError, match="another sender"):
+    with pytest.raises(BusyError, match="another sender"):
         Journal(path)
 
 

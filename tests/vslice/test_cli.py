@@ -113,8 +113,28 @@ def test_a_bad_place_is_refused_before_the_search(run, monkeypatch):
 
     Path("sheet.json").write_text(ONE_TILE)
     monkeypatch.setattr(sequence, "solve", lambda *_, **__: pytest.fail("the search began"))
-    assert run("sheet.json", "-o", "nowhere/part.gcode")[0] == 1
-    assert run("sheet.json", "-o", ".")[0] == 1
+    assert run("sheet.json", "-o", "nowhere/part.gcode")[0] == 2
+    assert run("sheet.json", "-o", ".")[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("machine.offset_mm=219.5", r"tile \(0, 0\), toolpath \d+: X 220\.\d+ mm is outside .*offset_mm from 0 to 219"),
+        ("machine.build_volume_mm=[220,220,0.5]", r"Z 0\.\d+ mm is outside .* 0 to 0\.5 mm"),
+        ("machine.fixed_mm=300", r"^Error: marlin-generic: \[machine\] fixed_mm 300 is outside the build volume: Y"),
+        ("motion.park_mm=300", r"^Error: marlin-generic: \[motion\] park_mm 300 is outside the build volume: X"),
+        ("motion.prime_mm=300", r"\[motion\] prime_mm 300: beside the sheet there are"),
+    ],
+)  # fmt: skip
+def test_what_the_machine_does_not_reach_is_refused_before_the_search(run, monkeypatch, setting, says):
+    from slicer import sequence
+
+    Path("sheet.json").write_text(ONE_TILE)
+    monkeypatch.setattr(sequence, "solve", lambda *_, **__: pytest.fail("the search began"))
+    code, _, err = run("sheet.json", "-o", "part.gcode", "--set", setting)
+    assert code == 2
+    assert re.search(says, err), err
 
 
 def test_slice_and_send_in_one_go(run):
@@ -188,21 +208,21 @@ MISTAKES = [
     (["slice"], 2, "Missing argument 'GRID.json'"),
     (["bad.json"], 2, "bad.json: begins with no brace, so it is no grid"),
     (["."], 2, "'.' is a folder; name a grid file in it."),
-    (["sheet.json", "-o", "."], 1, ". is a folder; name a file in it."),
+    (["sheet.json", "-o", "."], 2, ". is a folder; name a file in it."),
     (["check", "sheet.json"], 2, "sheet.json: is JSON, perhaps a grid, and no G-code"),
     (["sheet.json", "-p", "marlin-genric"], 2, "Did you mean 'marlin-generic'?"),
     (["sheet.json", "--set", "motion.speed=3"], 2, "[motion] unknown key 'speed'"),
-    (["sheet.json", "--set", "machine.offset_mm=900.0"], 1, "tile (0, 0), toolpath 0: X 900"),
+    (["sheet.json", "--set", "machine.offset_mm=900.0"], 2, "tile (0, 0), toolpath 0: X 900"),
     (["sheet.json", "--method", "gredy"], 2, "there is no method 'gredy'"),
     (["sheet.json", "-o", "sheet.json"], 2, "sheet.json is the input itself; name another file with -o."),
-    (["preview", "sheet.json", "-o", "no/x.png"], 1, "no/x.png: there is no folder no; make it first."),
+    (["preview", "sheet.json", "-o", "no/x.png"], 2, "no/x.png: there is no folder no; make it first."),
     (["sheet.json", "-p", "lab.toml", "-o", "lab.toml"], 2, "lab.toml is the input itself"),
     (["preview", "sheet.json", "-p", "lab.png", "-o", "lab.png"], 2, "lab.png is the input itself"),
     (["sheet.json", "--fast"], 2, "No such option '--fast'"),
     (["empty.json"], 2, "empty.json: the sheet has no toolpaths: all tiles are empty."),
     (
         ["sheet.json", "-o", "nowhere/part.gcode"],
-        1,
+        2,
         "nowhere/part.gcode: there is no folder nowhere; make it first.",
     ),
     (["check", "missing.gcode"], 2, "missing.gcode: there is no such file"),
@@ -213,7 +233,7 @@ MISTAKES = [
     (["check", "/dev/null"], 2, "is empty: there is no program in it"),
     (["preview", "void.gcode"], 2, "is empty: there is no program in it"),
     (["send", "void.gcode", "--dry-run", "--no-check"], 2, "is empty: there is no program in it"),
-    (["preview", "nothing.gcode"], 1, "nothing is extruded in it"),
+    (["preview", "nothing.gcode"], 2, "nothing is extruded in it"),
     (["generate", "--cols", "0"], 2, "0 is not in the range 1<=x<=10000"),
     (["generate", "--deviation-deg", "inf"], 2, "inf is not in the range 0<=x<=180"),
     (["generate", "--start-deg", "45"], 2, "low -45, start 45, high 0"),
@@ -251,7 +271,7 @@ def test_a_traceback_comes_when_asked_for(run):
 def test_a_failure_leaves_the_old_program_alone(run):
     Path("sheet.json").write_text(ONE_TILE)
     Path("part.gcode").write_text("old")
-    assert run("sheet.json", "-o", "part.gcode", "--set", "machine.offset_mm=900.0")[0] == 1
+    assert run("sheet.json", "-o", "part.gcode", "--set", "machine.offset_mm=900.0")[0] == 2
     assert Path("part.gcode").read_text() == "old"
 
 

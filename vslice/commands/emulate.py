@@ -28,9 +28,7 @@ def command(options: tuple[str, ...], fast: bool, link: Path | None) -> None:
     Prints the port on stdout, and serves it until Ctrl-C; then says what was printed.
     """
     if sys.platform == "win32":
-        raise click.ClickException(
-            "Pseudo-terminals exist on Linux and macOS only; here use --port marlin://"
-        )
+        raise click.UsageError("Pseudo-terminals exist on Linux and macOS only; here use --port marlin://")
     for option in options:
         if option.startswith("clock="):
             raise click.UsageError("--faults clock=.. has no effect here; see --fast.")

@@ -7,6 +7,7 @@ import click
 from vslice import output
 from vslice.compiling import compiling
 from vslice.options import effort_option
+from vslice.terminal.failure import InputError
 from vslice.terminal.session import common, progress, say
 
 
@@ -42,13 +43,11 @@ def command(folder: Path, seeds: int, grids: int, file_format: str, effort: str)
     not have: the proven optimum and every method on the same grids. Draws its Figures 1 to 5.
     """
     if folder.exists() and not folder.is_dir():
-        raise click.ClickException(f"{folder} is a file; name a folder with -o.")
+        raise InputError(f"{folder} is a file; name a folder with -o.")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise click.ClickException(
-            f"{folder}: this folder cannot be made: {error.strerror}; name another."
-        ) from None
+        raise InputError(f"{folder}: this folder cannot be made: {error.strerror}; name another.") from None
     for k in range(1, 6):
         output.check_place(folder / f"figure{k}.{file_format}")
     from vslice import comparison

@@ -8,6 +8,7 @@ import click
 
 from vslice import output
 from vslice.options import no_effect, not_onto_input, not_onto_profile, picture_format, program_profile_option
+from vslice.terminal.failure import InputError
 from vslice.terminal.session import common, say
 
 if TYPE_CHECKING:
@@ -79,9 +80,7 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
         moves, _, profile = read_program(source, profile_name, ())
         drawing = preview.Drawing.of_moves(moves, profile)
         if len(drawing.toolpaths) == 0:
-            raise click.ClickException(
-                f"{file}: nothing is extruded in it. Is the profile (-p) the right one?"
-            )
+            raise InputError(f"{file}: nothing is extruded in it. Is the profile (-p) the right one?")
         _say_gaps(preview.not_drawn(moves, profile))
         figure = preview.draw_sequence(
             drawing, color="order" if color == "order" else "kind", axes=profile.machine.plane

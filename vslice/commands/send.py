@@ -252,7 +252,7 @@ def _resume(
     height_mm: float | None,
     yes: bool,
 ) -> int:
-    from printer import Job, Journal, ResumeError, make_program, read_program
+    from printer import Job, Journal, MovedError, make_program, read_program
     from printer.journal import journal_path
     from printer.ports import open_port, port_lock
     from printer.resume import check_unchanged, plan_resume
@@ -281,7 +281,7 @@ def _resume(
             if not yes:  # what was true when we asked
                 again = Job(make_program(["M114"], name=program.name), line, ready).run()
                 if again.rebooted or again.position != greeting.position:
-                    raise ResumeError(
+                    raise MovedError(
                         f"{program.name}: the printer was reset or moved while the question stood. "
                         "Nothing was sent; resume again."
                     )

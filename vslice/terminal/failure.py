@@ -6,6 +6,8 @@ import traceback
 
 import click
 
+# What no second try changes, until the user gives something else: exit code 2. What the world does (a full
+# disk, a printer, another sender) is a failure, 1, and so is a program that the check finds fault with.
 # By name, so that `vslice --help` need not import the packages that raise them.
 WRONG_INPUT = {
     "SlicerError",
@@ -13,12 +15,21 @@ WRONG_INPUT = {
     "ProfileError",
     "ParseError",
     "ReadError",
+    "BuildVolumeError",
     "CrossingError",
     "SequenceError",
     "ProtocolError",
     "OptionError",
+    "JournalError",
+    "ResumeError",
 }
 OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice"}
+
+
+class InputError(click.ClickException):
+    """What the user gave cannot be used: exit code 2 as for wrong use, without the line on usage."""
+
+    exit_code = 2
 
 
 def report(error: Exception, *, traceback_wanted: bool) -> int:

@@ -74,13 +74,13 @@ def test_paper_refuses_bad_places_before_it_begins(run, monkeypatch):
     monkeypatch.setattr(comparison, "table_one", lambda _: pytest.fail("the work began"))
     Path("file").write_text("mine")
     code, _, err = run("paper", "-o", "file")
-    assert (code, err) == (1, "Error: file is a file; name a folder with -o.\n")
+    assert (code, err) == (2, "Error: file is a file; name a folder with -o.\n")
     code, _, err = run("paper", "-o", "file/deeper")
-    assert code == 1
+    assert code == 2
     assert "file/deeper: this folder cannot be made: Not a directory" in err
     Path("full/figure3.png").mkdir(parents=True)
     code, _, err = run("paper", "-o", "full")
-    assert (code, err) == (1, "Error: full/figure3.png is a folder; name a file in it.\n")
+    assert (code, err) == (2, "Error: full/figure3.png is a folder; name a file in it.\n")
     assert Path("file").read_text() == "mine"
 
 
@@ -90,7 +90,7 @@ def test_a_folder_that_must_not_be_written_is_refused_before_it_begins(run, monk
     monkeypatch.setattr("os.access", lambda _, kind: kind != os.W_OK)
     Path("locked").mkdir()
     code, _, err = run("paper", "-o", "locked")
-    assert code == 1
+    assert code == 2
     assert "locked/figure1.png: you may not write to" in err
 
 
