@@ -228,8 +228,6 @@ def _sheet(
         if inches < 3:  # by itself it makes more ticks than a short side has room for
             most = int(np.clip(2 * inches, 1, 5))
             axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10], min_n_ticks=1))
-            MaxNLocator(int(np.clip(2 * inches, 1, 9)), steps=[1, 2, 5, 10], min_n_ticks=1)
-        )
     axes.set_xlabel(f"{names[0]} of the machine [mm]" if names else "x [mm]")
     axes.set_ylabel(f"{names[1]} of the machine [mm]" if names else "y [mm], build direction")
     return figure, axes

@@ -69,13 +69,21 @@ def read(path: Path) -> Grid:
     Raises:
         GridError: the file is missing, unreadable or no grid; one line for each problem.
     """
-    data = _bytes(path)
+    return from_bytes(_bytes(path), source=str(path))
+
+
+def from_bytes(data: bytes, *, source: str = "grid") -> Grid:
+    """Make a ``Grid`` of the bytes of a grid file, whatever they came through; ``sha256`` is theirs.
+
+    Raises:
+        GridError: they are no text in UTF-8, or no grid.
+    """
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         wrong = f"is no text: byte 0x{data[error.start]:02x} at offset {error.start} is not UTF-8."
-        raise GridError(str(path), [wrong]) from None
-    return replace(loads(text, source=str(path)), sha256=hashlib.sha256(data).hexdigest())
+        raise GridError(source, [wrong]) from None
+    return replace(loads(text, source=source), sha256=hashlib.sha256(data).hexdigest())
 
 
 def loads(text: str, *, source: str = "grid") -> Grid:
@@ -210,6 +218,10 @@ def _json(text: str, source: str) -> Any:
             fail('is empty; a grid is an object, {"tile_mm": ...}.')
         if text.lstrip()[0] not in "{[":
             fail('begins with no brace, so it is no grid, which is an object, {"tile_mm": ...}.')
+        if not text[error.pos :].strip():
+            lines = len(text.rstrip().splitlines())
+            many = f"{lines} lines" if lines > 1 else "1 line"
+            fail(f"ends too early, after {many}: a bracket or a quote is not closed. Was the file cut off?")
         rest, before = text[error.pos :].lstrip(), text[: error.pos].rstrip()
         if before.endswith(",") and rest[:1] in ("]", "}"):
             fail(f"line {error.lineno}, column {error.colno}: a comma stands before {rest[0]}; take it away.")

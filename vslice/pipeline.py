@@ -55,7 +55,16 @@ class Sliced:
 
     def advice(self) -> list[str]:
         """What the user should think about before printing."""
-        return advice.advice(self.program, self.profile, *self._spacing_and_length())
+        found = advice.advice(self.program, self.profile, *self._spacing_and_length())
+        motion = self.profile.motion
+        # The shipped profiles have decided; whoever left it out of a file of their own may not know of it.
+        own = self.facts["profile"] not in profiles.shipped() and "prime_mm" not in motion.model_fields_set
+        if own and self.profile.material.feed == "filament":
+            found.append(
+                f"{self.facts['profile']} does not say [motion] prime_mm, so no line fills the nozzle first: "
+                'begin it with extends = "marlin-generic", or set prime_mm (0 for none).'
+            )
+        return found
 
     @property
     def room_ul(self) -> float:
@@ -116,7 +125,8 @@ def hatched(sheet: Grid) -> Hatch:
             limit = (
                 "spacing_mm, the default" if sheet.min_length_mm is None else f"{sheet.min_length_mm:g} mm"
             )
-            why = f"all {lines.dropped} lines are shorter than min_length_mm ({limit})"
+            what = "its only line is" if lines.dropped == 1 else f"all {lines.dropped} lines are"
+            why = f"{what} shorter than min_length_mm ({limit})"
         else:
             why = "all tiles are empty" if np.isnan(sheet.angles_deg).all() else "outline_mm leaves nothing"
         raise SlicerError(f"{sheet.source}: the sheet has no toolpaths: {why}.")

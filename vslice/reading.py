@@ -14,8 +14,15 @@ def read_grid(file: Path) -> Grid:
     Raises:
         GridError: it is none.
     """
-    piped = str(file) == "-"
-    sheet = grid.loads(sys.stdin.read(), source="standard input") if piped else grid.read(file)
+    if str(file) == "-":
+        sheet = grid.from_bytes(sys.stdin.buffer.read(), source="standard input")
+    else:
+        sheet = grid.read(file)
+    say_warnings(sheet)
+    return sheet
+
+
+def say_warnings(sheet: Grid) -> None:
+    """Say on stderr what the user should know of a grid."""
     for warning in sheet.warnings:
         say(f"Warning: {warning}")
-    return sheet

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from profiles import Profile
+from profiles import Profile, load
 
 DOCS = Path(__file__).parents[2] / "docs" / "profiles.md"
 BEGIN, END = "<!-- settings begin -->\n", "<!-- settings end -->\n"
@@ -75,3 +75,16 @@ def test_the_table_of_settings_is_that_of_the_schema(request):
         DOCS.write_text(before + BEGIN + table() + END + after, encoding="utf-8")
         return
     assert shown == table()
+
+
+def test_the_defaults_are_those_of_marlin_generic_but_for_what_is_said():
+    text = " ".join(DOCS.read_text(encoding="utf-8").split())
+    assert "those of `marlin-generic`, but without its prime line (`prime_mm`) and parking place" in text
+    default, generic = Profile(), load("marlin-generic")
+    differing = {
+        key
+        for section, values in default
+        for key, value in values
+        if value != getattr(getattr(generic, section), key)
+    }
+    assert differing - {"description"} == {"prime_mm", "park_mm"}

@@ -66,3 +66,9 @@ def test_a_profile_is_named_whatever_is_wrong_with_it(files):
 def test_what_went_wrong_outside_or_was_found_at_fault_ends_with_1(files, words):
     code, _, err = files(*words.split())
     assert code == 1, err
+
+
+def test_a_picture_in_a_wrong_place_is_told_of_the_place(files):
+    assert "folder is a folder; name a file in it" in files("preview", "sheet.json", "-o", "folder")[2]
+    code, _, err = files("preview", "sheet.json", "-o", "/dev/full")
+    assert (code, "/dev/full is no ordinary file" in err) == (2, Path("/dev/full").exists())

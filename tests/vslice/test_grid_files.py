@@ -37,7 +37,7 @@ def test_what_was_repaired_is_said(run, words):
 def test_check_and_standard_input_say_it_too(run, monkeypatch):
     import io
 
-    monkeypatch.setattr("sys.stdin", io.StringIO(SPIKE.read_text()))
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(SPIKE.read_bytes())))
     code, _, err = run("-", "-o", "part.gcode", "--method", "greedy")
     assert code == 0
     assert WARNING.format("standard input") in err
@@ -142,3 +142,47 @@ def test_meta_of_a_random_grid_survives(run):
     made = grid.read(Path("sheet.json"))
     _, out, _ = run("sheet.json", "-o", "-", "--method", "greedy")
     assert json.loads(re.search(r"^; vslice meta = (.*)$", out, re.M)[1]) == made.meta
+
+
+def test_a_grid_on_standard_input_has_the_hash_of_its_bytes_and_can_be_drawn(run, monkeypatch):
+    import hashlib
+    import io
+
+    data = json.dumps(FIELDS).encode()
+
+    def pipe():
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(data)))
+
+    pipe()
+    assert run("-", "-o", "part.gcode", "--method", "greedy")[0] == 0
+    assert f"; vslice grid_sha256 = {hashlib.sha256(data).hexdigest()}" in Path("part.gcode").read_text()
+    pipe()
+    assert run("preview", "-", "-o", "grid.png")[0] == 0
+    assert Path("grid.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("cut", ['{"tile_mm": 1.0, "angles_deg": [[-45]]', '{"tile_mm": 1.0,\n'])
+def test_a_grid_that_ends_too_early_says_so(cut):
+    from slicer.errors import GridError
+
+    with pytest.raises(GridError, match="ends too early, after 1 line: "):
+        grid.loads(cut + "\n")
+
+
+@pytest.mark.parametrize(("says", "warned"), [("", True), ("[motion]\nprime_mm = 0.0\n", False)])
+def test_a_profile_that_forgets_the_prime_line_is_told(run, says, warned):
+    Path("sheet.json").write_text(json.dumps(FIELDS))
+    Path("lab.toml").write_text(says)
+    code, _, err = run("sheet.json", "-o", "part.gcode", "-p", "lab.toml", "--method", "greedy")
+    assert code == 0
+    assert ("lab.toml does not say [motion] prime_mm" in err) == warned
+
+
+def test_the_help_names_what_an_option_may_be(run):
+    from slicer.sequence import METHODS
+
+    out = run("slice", "--help")[1]
+    assert all(re.search(rf"\b{name}\b", out) for name in METHODS)
+    out = run("emulate", "--help")[1]
+    assert "homing_s" in out
+    assert "keep_path" in out

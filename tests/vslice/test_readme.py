@@ -1,4 +1,4 @@
-"""The README's console block is what its commands print today."""
+"""The README's console block is what its commands print today, and its Python example runs."""
 
 import re
 import shlex
@@ -38,3 +38,13 @@ def test_the_console_block_is_what_the_commands_print(tmp_path, monkeypatch, cap
         # On a terminal warnings come before the table; compiling happens only where nothing was installed.
         lines = [line for line in (err + out).splitlines() if not line.startswith("Compiling")]
         assert lines == printed, words
+
+
+def test_the_python_example_runs_outside_the_checkout(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "README.md").read_text()
+    assert "in a file outside the checkout" in text
+    block = re.search(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)[1]
+    shutil.copy(ROOT / "examples" / "ihc_8x8.json", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "slice.py", "exec"), {})
+    assert "toolpaths" in capsys.readouterr().out

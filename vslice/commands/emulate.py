@@ -15,8 +15,8 @@ from vslice.terminal.session import common, say
     help="An option of marlin://, repeatable: seed=N; corrupt, drop, reply_corrupt, reply_drop (a byte), "
     "ok_drop, ok_duplicate (an ok); fault=KIND@LINE with KIND resend, resend-of-unknown-line, reset, "
     "kill, silence, pause, disconnect, garbage or long-busy; slots, rx, blocks, command_s, delay_s, "
-    "advanced_ok=1, emergency_parser=1; odd=WAY, answers in other words: cr, cr-lf, lf-cr (line ends), "
-    "capital-ok, temperatures-behind-ok, no-ok-behind-resend, no-sensors, silent, "
+    "homing_s, keep_path=0, advanced_ok=1, emergency_parser=1; odd=WAY, answers in other words: "
+    "cr, cr-lf, lf-cr (line ends), capital-ok, temperatures-behind-ok, no-ok-behind-resend, no-sensors, silent, "
     "temperatures-while-heating.",
 )  # fmt: skip
 @click.option("--fast", is_flag=True, help="Let the printer's time fly: moves take no time.")

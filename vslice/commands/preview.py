@@ -1,11 +1,13 @@
 """``vslice preview``: a grid or a program as a picture."""
 
 import sys
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from dialect.source import MAX_BYTES
 from vslice import output
 from vslice.options import no_effect, not_onto_input, not_onto_profile, picture_format, program_profile_option
 from vslice.terminal.failure import InputError
@@ -49,34 +51,41 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
     """Draw a grid or a G-code program.
 
     A grid is a file whose first character is a brace; anything else is read as G-code. FILE may be - for
-    a program on standard input.
+    standard input.
     """
     given = str(file) == "-"
     if given and out is None:
         raise click.UsageError("The picture of standard input needs a name: give -o PICTURE.png.")
     target = out or file.with_name(file.name + ".png")
-    file_format = picture_format(target)
     not_onto_input(file, target)
     not_onto_profile(profile_name, target)
     output.check_place(target)
+    file_format = picture_format(target)
     if file_format != "png":
         no_effect(f"a picture of lines, {target.suffix}", "dpi")
-    if not given and _is_grid(file):
+    data = sys.stdin.buffer.read(MAX_BYTES + 1) if given else b""
+    is_grid = begins_as_grid(data) if given else _is_grid(file)
+    if is_grid:
         no_effect("a grid", "color", "profile_name")
     else:
         no_effect("a program", "show")
     from gcode import preview
 
-    if not given and _is_grid(file):
-        from vslice.reading import read_grid
+    if is_grid:
+        from slicer import grid
+        from vslice.reading import read_grid, say_warnings
 
-        sheet = read_grid(file)
+        if given:
+            sheet = grid.from_bytes(data, source="standard input")
+            say_warnings(sheet)
+        else:
+            sheet = read_grid(file)
         figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
     else:
         from dialect.source import load_stream
         from vslice.machine import read_program
 
-        source = load_stream(sys.stdin.buffer, "standard input") if given else file
+        source = load_stream(BytesIO(data), "standard input") if given else file
         moves, _, profile = read_program(source, profile_name, ())
         drawing = preview.Drawing.of_moves(moves, profile)
         if len(drawing.toolpaths) == 0:
@@ -102,4 +111,9 @@ def _is_grid(file: Path) -> bool:
     if not file.is_file():
         return file.suffix == ".json"  # its reader says that it is missing
     with file.open("rb") as head:
-        return head.read(64).lstrip(b"\xef\xbb\xbf \t\r\n")[:1] in (b"{", b"[")
+        return begins_as_grid(head.read(64))
+
+
+def begins_as_grid(data: bytes) -> bool:
+    """Whether the first character is one of JSON."""
+    return data[:64].lstrip(b"\xef\xbb\xbf \t\r\n")[:1] in (b"{", b"[")

@@ -40,7 +40,13 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @output_option("G-code file; - is stdout. By default GRID.gcode beside the grid.")
 @profile_option
 @set_option
-@click.option("--method", default="auto", show_default=True, help="How the toolpaths are ordered.")
+@click.option(
+    "--method",
+    default="auto",
+    show_default=True,
+    metavar="METHOD",
+    help="How the toolpaths are ordered: auto, exact, beam, local, multistart, mcts, aco or greedy.",
+)
 @effort_option
 @objective_option("time")
 @start_option
