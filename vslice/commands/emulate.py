@@ -16,8 +16,8 @@ from vslice.terminal.session import common, say
     "ok_drop, ok_duplicate (an ok); fault=KIND@LINE with KIND resend, resend-of-unknown-line, reset, "
     "kill, silence, pause, disconnect, garbage or long-busy; slots, rx, blocks, command_s, delay_s, "
     "homing_s, keep_path=0, advanced_ok=1, emergency_parser=1; odd=WAY, answers in other words: "
-    "cr, cr-lf, lf-cr (line ends), capital-ok, temperatures-behind-ok, no-ok-behind-resend, no-sensors, silent, "
-    "temperatures-while-heating.",
+    "cr, cr-lf, lf-cr (line ends), capital-ok, temperatures-behind-ok, no-ok-behind-resend, no-sensors, "
+    "silent, temperatures-while-heating.",
 )  # fmt: skip
 @click.option("--fast", is_flag=True, help="Let the printer's time fly: moves take no time.")
 @click.option("--link", type=click.Path(path_type=Path), help="Also make a symbolic link to the port.")
