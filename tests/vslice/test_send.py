@@ -163,7 +163,7 @@ def test_a_program_that_the_check_refuses_is_not_sent(run, part):
         (["send", "part.gcode", "--port", "/dev/no-such-port", "--no-check"], 1, "cannot be opened"),
         (["send", "part.gcode", "--port", "marlin://?corrpt=1", "--no-check"], 1, "corrpt"),
         (["send", "part.gcode", "--no-check", "-p", "no-such"], 2, "no-such"),
-        (["send", "part.gcode", "--resume"], 1, "there is no journal"),
+        (["send", "part.gcode", "--resume"], 2, "there is no journal"),
         (["send", "--resume"], 2, "Interrupted jobs in this folder: none"),
         (["emulate", "--faults", "fault=fire@3"], 2, "KIND@LINE"),
     ],
@@ -384,7 +384,7 @@ def test_restart_begins_anew_and_keeps_the_old_journal(run, part, broken):
     assert read_journal(broken).finished
 
 
-@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("restart", 0), ("resume", 1)])
+@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("restart", 0), ("resume", 2)])
 def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer, code):
     monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer + "\n"))
@@ -397,7 +397,7 @@ def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer,
     assert (broken.read_bytes() == before) == (answer != "restart")
 
 
-@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("resume", 130), ("restart", 0)])
+@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("resume", 230), ("restart", 0)])
 def test_a_program_that_was_changed_is_not_offered_to_go_on(run, part, broken, monkeypatch, answer, code):
     before = broken.read_bytes()
     part.write_text(part.read_text() + "\nM117 another\n")
