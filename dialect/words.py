@@ -16,6 +16,16 @@ MACRO = re.compile(r"(?:[A-Z]{2}[A-Z_]|[A-Z]_[A-Z])\w*(?=\s|$)")  # of a host or
 EXPONENT = re.compile(r"[0-9.]e[-+]?[0-9]")
 COMMANDS = "GMTDO"
 NEED_NUMBERS = frozenset({"G0", "G1", "G2", "G3", "G4", "G5", "G92"})
+TEXTS = frozenset(f"M{code}" for code in (
+    0, 1, 16, 23, 28, 29, 30, 32, 33, 36, 37, 38, 39, 98, 117, 118, 471, 486, 505, 540, 544, *range(550, 555),
+    587, 588, 589, 591, *range(750, 757), *range(810, 820), 862, 928,
+))  # fmt: skip
+"""Commands behind which a text, or the name of something, may stand."""
+NUMBERS_ALONE = frozenset(f"M{code}" for code in (
+    3, 4, 5, 42, 73, 82, 83, 84, 92, 104, 106, 107, 109, 140, 141, 190, 191, 201, 203, 204, 205, 206, 211,
+    220, 221, 280, 302, 400, 566, 572,
+))  # fmt: skip
+"""Commands that mean numbers: anything else behind them would be skipped or guessed."""
 MAX_DIGITS = 9
 SHOWN = 40
 
@@ -39,9 +49,10 @@ def canonical(text: str) -> str:
     rest = upper[code.end() :].strip(" \t")
     if not rest:
         return name
-    if WORDS.fullmatch(rest) and (name[0] == "G" or _each_once(rest)):
+    base = name.partition(".")[0]
+    if WORDS.fullmatch(rest) and (base not in TEXTS or _each_once(rest)):
         return " ".join((name, *_words(name, rest)))
-    if name[0] == "G":
+    if name[0] == "G" or base in NUMBERS_ALONE:
         good = WORDS.match(rest)
         bad = rest[good.end() if good else 0 :]
         raise ReadError(f"{name}: {bad[:20]!a} is no word of a letter and a number")

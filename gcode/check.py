@@ -18,6 +18,7 @@ from gcode.moves import Kind, Move
 from gcode.parse import read_moves
 from gcode.ranges import SLOWEST_MM_S
 from gcode.strokes import Stroke, compare_with_hatch, motions, prime_strokes
+from gcode.unseen import unseen_collisions
 from gcode.violation import Violation
 from profiles import Profile
 
@@ -81,6 +82,7 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
     violations += _incomplete(moves, sum(stroke.prints for stroke in laid) - len(primes))
     # Two uprights of one x, as far as three decimals tell, may in truth pass beside each other.
     violations += _collisions(laid, segments, same_x=0.0 if grid is None else -1.0)
+    violations += unseen_collisions(moves, printing, RESOLUTION_MM)
     if grid is not None:
         drawn = [stroke for stroke in laid if stroke.prints and stroke.line not in primes]
         differing, exact = compare_with_hatch(drawn, grid, _shift(moves))

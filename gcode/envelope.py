@@ -115,6 +115,9 @@ def _above_slanted(pieces: _Row, uprights: _Row, line: Line, tolerance: float) -
     return who, worst, where
 
 
+NOTHING = _Row()
+
+
 def _append(new: list[Line], xl: float, xr: float, source: Line) -> None:
     """Add the part of ``source`` from xl to xr, or lengthen the last piece if that is its other part."""
     if xr - xl <= 0:
@@ -189,8 +192,9 @@ def replay(
         line = (x0, y0, x1, y1, by) if x0 <= x1 else (x1, y1, x0, y0, by)
         upright = line[2] - line[0] <= 2 * tolerance
         if upright and not prints[k]:
-            continue  # a travel along one x never collides
-        if upright:
+            # It may pass along lines that end or stand at its x, but not through one.
+            obstacle, depth, x = _above_upright(pieces, NOTHING, line, tolerance, same_x)
+        elif upright:
             obstacle, depth, x = _above_upright(pieces, uprights, line, tolerance, same_x)
         else:
             obstacle, depth, x = _above_slanted(pieces, uprights, line, tolerance)

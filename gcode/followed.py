@@ -45,10 +45,11 @@ NEVER = frozenset(
 )
 """Curves, other coordinates, other scales, other programs, an emergency stop: wrong wherever they stand."""
 
-PROBES = frozenset(f"G{code}" for code in (29, 30, 32, 33, 34, 35, 38, 76, 80, 425)) | frozenset({
-    "BED_MESH_CALIBRATE", "QUAD_GANTRY_LEVEL", "Z_TILT_ADJUST", "SCREWS_TILT_CALCULATE", *START_MACROS,
-})  # fmt: skip
-"""They drive the nozzle down to the bed, wherever the axis homes; a start macro may."""
+PROBES = frozenset(f"G{code}" for code in (12, 29, 30, 32, 33, 34, 35, 38, 76, 80, 425)) | frozenset(
+    {"M48", "M401", "BED_MESH_CALIBRATE", "QUAD_GANTRY_LEVEL", "Z_TILT_ADJUST", "SCREWS_TILT_CALCULATE"}
+    | START_MACROS
+)
+"""They drive the nozzle, its probe or its brush down, wherever the axis homes; a start macro may."""
 
 
 def check_commands(moves: list[Move], printing: list[bool], profile: Profile) -> list[Violation]:
@@ -63,7 +64,8 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
     outputs = {_output(line) for line in valve} - {None}
     laid = [k for k, prints in enumerate(printing) if prints]
     first, last = (laid[0], laid[-1]) if laid else (len(moves), len(moves))
-    found = _cold_start(moves[: first + 1], profile) if laid else []
+    before = moves[: first + 1] if laid else []
+    found = (_cold_start(before, profile) + _cold_around(before, profile)) if laid else []
     queued = homed = False
     for k, move in enumerate(moves):
         if move.kind in (Kind.TRAVEL, Kind.EXTRUDE, Kind.FEED):
@@ -97,10 +99,10 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
             why = "renames the place to which the axes homed, which is not known here: what comes is shifted"
         if why is None and k > first and not middle and _drives_down(move.text, code, profile):
             why = "drives the nozzle down into the sheet that stands"
-        if why is None and middle:
+        if why is None and not own and _output(move.text) in outputs and (middle or not _shuts(move.text)):
+            why = "turns the output of the valve, but neither opens nor closes it as the profile does"
+        elif why is None and middle:
             why = _in_the_middle(move.text, code, profile)
-            if why is None and _output(move.text) in outputs:
-                why = "turns the output of the valve, but neither opens nor closes it as the profile does"
         elif why is None and not own and code not in (*HEATERS, *SETTINGS, *NO_EFFECT, "M302"):
             why = why_not(move.text, behind=k > last) if laid else None
         if why is not None:
@@ -153,6 +155,23 @@ def _cold_start(moves: list[Move], profile: Profile) -> list[Violation]:
     return [Violation(moves[-1].line, "command", text)]
 
 
+def _cold_around(moves: list[Move], profile: Profile) -> list[Violation]:
+    """Whether the bed or the chamber, which the profile heats, is switched off at the first extrusion."""
+    targets = {
+        HEATERS[move_code]: values_of(move.text)
+        for move in moves
+        if move.kind == Kind.COMMAND and (move_code := code_of(move.text)) in HEATERS
+    }
+    found = []
+    for setting, words in targets.items():
+        target, wanted = words.get("S", words.get("R")), float(profile.values[setting])  # type: ignore[arg-type]
+        if not setting.startswith("nozzle") and target is not None and target <= 0 < wanted:
+            part = setting.partition("_")[0]
+            text = f"the {part} is switched off at the first extrusion; the profile has {wanted:g} C"
+            found.append(Violation(moves[-1].line, "command", text))
+    return found
+
+
 def valve_lines(profile: Profile) -> list[str]:
     """The profile's own lines that open and close the valve, as the reader gives them."""
     return [*_block(profile.gcode.valve_open, profile), *_block(profile.gcode.valve_close, profile)]
@@ -174,16 +193,18 @@ def _anywhere(text: str, code: str, profile: Profile) -> str | None:
         if speed is not None and speed <= 0:
             return f"has a speed of {speed:g}, which a printer ignores or stops at"
         odd = ", ".join(sorted(words.keys() - set("XYZEF")))
-        return f"has words that are not followed here ({odd or code})" if odd or code != base else None
+        if odd or code != base:
+            return f"has words that are not followed here ({odd or code})"
+        return "goes on from a place that is not known here; give it in absolute coordinates (G90)"
     if code in HEATERS and words:
         return wrong_temperature(words, code, profile)
     if code in SETTINGS:
         return out_of_range(text)
-    shifts = base == "G10" and bool({"L", "P"} & words.keys())
+    longer = base in ("G10", "G11") and text != base  # of a tool, a coordinate system, or of another length
     subcode = code != base and base in ("G4", "G20", "G21", "G28", "G90", "G91", "G92")
     numbered = code[1:2].isdigit()
     other_tool = numbered and code[0] == "T" and code != "T0"
-    if base in NEVER or shifts or subcode or other_tool or (numbered and code[0] == "O") or base in MACROS:
+    if base in NEVER or longer or subcode or other_tool or (numbered and code[0] == "O") or base in MACROS:
         return UNSURE
     return None
 
@@ -238,6 +259,11 @@ def _cold(words: dict[str, float | None], code: str, profile: Profile) -> str | 
     if HEATERS[code].startswith("nozzle") and target < EXTRUDES_FROM_C <= wanted:
         return f"is below {EXTRUDES_FROM_C:g} C, where nothing is extruded; the profile has {wanted:g} C"
     return None
+
+
+def _shuts(text: str) -> bool:
+    """Whether a command turns an output off, which outside of a print does no harm in whatever form."""
+    return code_of(text) == "M107" or values_of(text).get("S") == 0
 
 
 def _output(text: str) -> tuple[str, float | None] | None:

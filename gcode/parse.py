@@ -45,8 +45,9 @@ def parse(lines: Iterable[str], *, plane: str = "XZ", name: str = "") -> Iterato
 
     Followed are G0, G1, G4, G10, G11, G20, G21, G28, G90, G91, G92, M82 and M83. Any other command becomes
     a ``COMMAND`` with its text, and so do all that set a mode. A move with words that are not followed, such
-    as those of a further axis, has its text. After homing, an axis has no known position, and after what
-    moves in a way of the firmware's own, none has.
+    as those of a further axis, has its text, and so has one that is relative to a place that is not known.
+    After homing, an axis has no known position, and after what moves in a way of the firmware's own, none
+    has.
 
     Args:
         plane: "XZ" or "YZ", which axes ``x_mm`` and ``y_mm`` of the moves are.
@@ -79,6 +80,8 @@ def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
         elif base in ELSEWHERE:
             machine.position.update(dict.fromkeys("XYZ", math.nan))
         odd = text if code in MOTION and (words.keys() - FOLLOWED_WORDS or words.get("F", 1.0) <= 0) else ""
+        if code in MOTION and _goes_blind(machine, words):
+            odd = text
         move = _motion(machine, code, words)
         if move is not None:
             kind, e = move
@@ -155,6 +158,17 @@ def _motion(machine: _Machine, code: str, words: dict[str, float]) -> tuple[Kind
     if not moved:
         return (Kind.FEED, e) if e else None
     return (Kind.EXTRUDE, e) if e > 0 else (Kind.TRAVEL, e)
+
+
+def _goes_blind(machine: _Machine, words: dict[str, float]) -> bool:
+    """Whether a relative move starts where an axis has no known position, other than upwards."""
+    if machine.absolute:
+        return False
+    steps = {axis: words.get(axis, 0.0) for axis in "XYZ"}
+    return any(
+        step != 0 and math.isnan(machine.position[axis]) and not (axis == "Z" and step > 0)
+        for axis, step in steps.items()
+    )
 
 
 def _mode(machine: _Machine, code: str, words: dict[str, float]) -> bool:

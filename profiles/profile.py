@@ -33,6 +33,21 @@ class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+E_DECIMAL = "the last decimal of E"
+PLACE_DECIMAL = "the last decimal of positions"
+LAST_DECIMALS = (
+    ("motion", "retract_mm", "0.00001", E_DECIMAL),
+    ("motion", "retract_extra_mm", "0.00001", E_DECIMAL),
+    ("motion", "clearance_mm", "0.001", PLACE_DECIMAL),
+    ("motion", "approach_mm", "0.001", PLACE_DECIMAL),
+    ("motion", "prime_mm", "0.001", PLACE_DECIMAL),
+    ("motion", "valve_open_s", "0.001", "the millisecond in which G4 counts"),
+    ("motion", "valve_close_s", "0.001", "the millisecond in which G4 counts"),
+    ("printer", "stop_lift_mm", "0.001", PLACE_DECIMAL),
+)
+"""Settings that may be 0, but not so small that nothing of them would reach the machine."""
+
+
 class Machine(_Section):
     """The frame: its size, how the sheet stands in it, and what its axes can do."""
 
@@ -239,12 +254,13 @@ class Profile(_Section):
                 problem = check_template(line, self.values)
                 if problem:
                     raise PydanticCustomError("template", f"[{section}] {key}, line {k + 1}: {problem}")
-        if 0 < self.motion.retract_mm < 1e-5:
-            raise PydanticCustomError(
-                "retract",
-                f"[motion] retract_mm: {self.motion.retract_mm:g} must be 0, for never, or at least 0.00001, "
-                "the last decimal of E.",
-            )
+        for section, key, least, what in LAST_DECIMALS:
+            value = getattr(getattr(self, section), key)
+            if 0 < value < float(least):
+                raise PydanticCustomError(
+                    "decimals",
+                    f"[{section}] {key}: {value:g} must be 0, for none, or at least {least}, {what}.",
+                )
         if self.material.feed == "pneumatic":
             for key in ("valve_open", "valve_close"):
                 if not blocks["gcode", key]:

@@ -494,7 +494,7 @@ SAFE = frozenset(
 WITHIN = frozenset(["G10", "M73", "M82", "M105", "M106", "M107", "M114", "M117", "M118", "M400"])
 BEHIND = frozenset(["M18", "M81", "M84"])
 INTO_THE_SHEET = frozenset(
-    ["G28", "G29", "G30", "G32", "G33", "G34", "G35"]
+    ["G12", "G28", "G29", "G30", "G32", "G33", "G34", "G35", "M401"]
     + ["BED_MESH_CALIBRATE", "QUAD_GANTRY_LEVEL", "Z_TILT_ADJUST", "START_PRINT"]
 )
 WORDS = {"G2": " X20 I2", "G3": " X20 I2", "G5": " X20 I2", "G6": " I1", "M117": " hello", "M118": " hello"}

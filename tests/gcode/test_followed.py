@@ -40,7 +40,8 @@ def inserted(line, profile="marlin-generic", *settings, where=0.5):
 def test_what_is_not_followed_is_named_in_the_middle(command):
     command = command.strip()
     violations = found(inserted(command))
-    assert [v.kind for v in violations if command in v.message] in (["command"], ["flow", "command"])
+    kinds = [v.kind for v in violations if command in v.message]
+    assert kinds in (["command"], ["flow", "command"], ["command", "collision"])
 
 
 @pytest.mark.parametrize(
@@ -213,3 +214,66 @@ def test_what_changes_scale_flow_or_place_is_named_before_the_print_too(command)
     k = lines.index("G21")
     found = check(read_lines([*lines[:k], command, *lines[k:]]), profiles.load("marlin-generic")).violations
     assert [violation.kind for violation in found] == ["command"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "kind", "says"),
+    [
+        (
+            "G28 X Y\nG0 Z0.05",
+            "collision",
+            "moves at a height of 0.050 mm, from or to a place that is not known",
+        ),
+        ("G27\nG0 X12 Z0.05", "collision", "moves at a height of 0.050 mm"),
+        ("G28 X Y\nG0 X11.3\nG0 Z0.05", "collision", "below what line"),
+        ("G28 X Y\nG91\nG0 Z-6", "collision", "moves at a height of"),
+        ("G28 X\nG91\nG0 X-30", "command", "goes on from a place that is not known here"),
+    ],
+)
+def test_moves_from_a_place_that_is_not_known_stay_above_the_print(lines, kind, says):
+    found_kinds = {v.kind: v.message for v in found(inserted(lines, where=1))}
+    assert says in found_kinds[kind]
+
+
+def test_homing_sideways_through_the_print_is_named():
+    lines = make_lines(SHEET)
+    last = max(k for k, line in enumerate(lines) if line.startswith("G1") and " E" in line)
+    low = [*lines[: last + 1], "G0 Z0.1 F600", "G28 X", "M84"]
+    violations = found(low)
+    assert any(
+        v.kind == "collision" and "G28 X moves at a height of 0.100 mm" in v.message for v in violations
+    )
+    high = [*lines[: last + 1], "G0 Z50 F600", "G28 X Y", "G0 X50", "M84"]
+    assert found(high) == []
+
+
+@pytest.mark.parametrize("step", ["Z-50", "X-500", "Y3"])
+def test_relative_moves_from_an_unknown_place_are_named_before_the_print_too(step):
+    lines = make_lines(SHEET)
+    home = lines.index("G28")
+    begun = [*lines[: home + 1], "G91", f"G1 {step} F600", "G90", "M83", *lines[home + 1 :]]
+    assert any("goes on from a place that is not known here" in v.message for v in found(begun))
+    raised = [*lines[: home + 1], "G91", "G1 Z5 F600", "G90", "M83", *lines[home + 1 :]]
+    assert found(raised) == []
+
+
+@pytest.mark.parametrize("command", ["G10 S1", "G10 S0", "G10 X5", "G10 Z-5", "G10 R0", "G11 S1"])
+@pytest.mark.parametrize("where", [1, None])
+def test_retraction_by_the_firmware_with_words_is_named(command, where):
+    lines = [command, *make_lines(SHEET)] if where is None else inserted(command, where=where)
+    assert any(v.kind == "command" and command in v.message for v in found(lines))
+
+
+@pytest.mark.parametrize("command", ["M106 S254", "M106 P0 S255", "M106"])
+@pytest.mark.parametrize("where", [1, None])
+def test_a_valve_that_is_opened_in_another_form_is_named_outside_the_print_too(command, where):
+    name = "marlin-pneumatic"
+    lines = [command, *make_lines(SHEET, name)] if where is None else inserted(command, name, where=where)
+    assert any("turns the output of the valve" in v.message for v in found(lines, name))
+
+
+def test_a_bed_that_is_switched_off_before_the_print_is_named():
+    lines = make_lines(SHEET)
+    first = next(k for k, line in enumerate(lines) if line.startswith("G1") and " E" in line)
+    cold = [*lines[:first], "M140 S0", *lines[first:]]
+    assert any("the bed is switched off at the first extrusion" in v.message for v in found(cold))

@@ -109,5 +109,25 @@ def test_no_number_gets_anything_but_a_profile_or_an_error_in_words(section, key
 
 def test_a_length_that_no_decimal_can_say_is_no_retraction():
     profiles.load("marlin-generic", ["motion.retract_mm=0"])
-    with pytest.raises(ProfileError, match=r"retract_mm: 1e-06 must be 0, for never, or at least 0.00001"):
+    with pytest.raises(ProfileError, match=r"retract_mm: 1e-06 must be 0, for none, or at least 0.00001"):
         profiles.load("marlin-generic", ["motion.retract_mm=0.000001"])
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "printer.stop_lift_mm",
+        "motion.clearance_mm",
+        "motion.approach_mm",
+        "motion.valve_open_s",
+        "motion.prime_mm",
+    ],
+)
+def test_what_is_too_small_to_reach_the_machine_is_refused(setting):
+    section, key = setting.split(".")
+    with pytest.raises(
+        ProfileError, match=rf"\[{section}\] {key}: 1e-07 must be 0, for none, or at least 0.001"
+    ):
+        profiles.load("marlin-generic", [f"{setting}=1e-7"])
+    profiles.load("marlin-generic", [f"{setting}=0"])
+    profiles.load("marlin-generic", [f"{setting}=0.001"])
