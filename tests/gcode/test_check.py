@@ -258,3 +258,13 @@ def test_a_program_that_prints_nothing_is_refused():
     assert (found.kind, found.line) == ("missing", 0)
     assert "nothing is extruded" in found.message
     assert kinds(violations(["; nothing"], "marlin-generic", SHEET)) == {"missing"}
+
+
+@pytest.mark.parametrize("x", [10.5, 11.3, 11.7])
+def test_a_travel_straight_down_into_the_print_is_a_collision(x):
+    lines = make_lines(make_grid([[-45, -20], [30, 80]], spacing=0.2))
+    last = max(k for k, line in enumerate(lines) if line.startswith("G1") and " E" in line)
+    down = [*lines[: last + 1], "G0 Z20 F600", f"G0 X{x} F6000", "G0 Z0.05 F600", *lines[last + 1 :]]
+    collision, *_ = [v for v in violations(down) if v.kind == "collision"]
+    assert f"travel to ({x:.3f}, 0.050) passes" in collision.message
+    assert collision.line == last + 4
