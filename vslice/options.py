@@ -11,6 +11,7 @@ from click.core import ParameterSource
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 MOST_SEED = 2**64 - 1
+MOST_WORKERS = 1_000_000
 
 
 class Number(click.FloatRange):

@@ -101,11 +101,17 @@ def test_progress_is_told_line_by_line_when_asked(run):
     assert re.search(r"^sequencing +\d+\.\d\d s$", err, re.M)
 
 
-def test_several_processes_are_told_of_since_they_tell_nothing(run):
+def test_workers_are_capped_with_a_word_and_tell_of_their_progress(run, monkeypatch):
+    from slicer.sequence.portfolio import capacity
+
+    monkeypatch.setattr(capacity, "usable_cores", lambda: 2)
     Path("sheet.json").write_text(ONE_TILE)
     words = ["sheet.json", "-v", "--method", "local", "--workers"]
-    assert "2 processes, which tell nothing before they end" in run(*words, "2")[2]
-    assert "processes" not in run(*words, "1")[2]
+    code, _, err = run(*words, "100000")
+    assert code == 0
+    assert "Warning: 2 workers search instead of 100000: this machine has 2 cores" in err
+    assert "local search: " in err
+    assert "Warning" not in run(*words, "2")[2]
 
 
 def test_a_bad_place_is_refused_before_the_search(run, monkeypatch):

@@ -12,6 +12,7 @@ from vslice.options import (
     IGNORED,
     IGNORED_STRAIGHT,
     MOST_SEED,
+    MOST_WORKERS,
     effort_option,
     grid_argument,
     is_stdout,
@@ -58,7 +59,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
     "--workers",
     default=1,
     show_default=True,
-    type=click.IntRange(min=1),
+    type=click.IntRange(1, MOST_WORKERS),
     help="Processes to search with; no more run than there are cores and memory for.",
 )
 @click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")

@@ -60,9 +60,12 @@ def verbose() -> bool:
 
 
 def say(text: str) -> None:
-    """A line on stderr, unless the user wants quiet; stdout may be the product."""
+    """A line on stderr, unless the user wants quiet; stdout may be the product.
+
+    The name of a file may hold what no encoding has.
+    """
     if not quiet():
-        click.echo(text, err=True)
+        click.echo(text.encode("utf-8", "backslashreplace").decode(), err=True)
 
 
 @contextmanager
