@@ -13,7 +13,7 @@ from printer.journal import Entry
 from printer.ports import open_port
 from printer.report import Progress, Report
 from printer.resume import ResumePlan, plan_resume
-from printer.safety import leave
+from printer.safety import left
 from printer.settings import Settings
 
 
@@ -100,7 +100,7 @@ def interrupted_printer(
     settings = replace(settings, boot_wait_s=0.5)
     commands = program.commands[: program.index_of_line(entry.acknowledged_line)]
     if entry.ended == "stopped":
-        commands = [*commands, *leave(settings.safety)]
+        commands = [*commands, *left(settings.safety, entry.drawn_back_mm)]
     port = _open(url, settings, motion)
     try:
         Job(make_program(commands, name=program.name), port, settings).run()

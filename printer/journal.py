@@ -17,6 +17,7 @@ from itertools import count
 from pathlib import Path
 from typing import IO, Any
 
+from dialect.numbers import FEED_DECIMALS
 from printer import last_job
 from printer.errors import JournalError
 from printer.ports import lock_file, state_folder
@@ -39,11 +40,25 @@ class JobRecord:
 @dataclass(frozen=True, slots=True)
 class Entry:
     """What a journal says: the job, the last acknowledged line of the file, and how the job ended
-    ("" if it was cut off)."""
+    ("" if it was cut off).
+
+    A job that was resumed counts from where it went on, ``resumed_line``: all before is printed beyond doubt.
+    ``furthest_line`` is the last line that was ever acknowledged, so what stands may reach up to there.
+    ``drawn_back_mm`` is how far the senders left the filament behind where the program has it at the
+    acknowledged line; None if the journal does not say, as the sender was cut off in between. ``lost`` tells
+    that the printer had forgotten its position when the job was to go on, and was still finding it.
+    """
 
     job: JobRecord
     acknowledged_line: int
     ended: str
+    resumed_line: int = 0
+    furthest_line: int = 0
+    drawn_back_mm: float | None = None
+    lost: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "furthest_line", max(self.furthest_line, self.acknowledged_line))
 
     @property
     def finished(self) -> bool:
@@ -147,12 +162,23 @@ def _entry(records: list[dict[str, Any]], name: str, torn: bool = False) -> Entr
             f"{name}: the journal is damaged: no whole record says which job it is of, so nobody can tell "
             "where to go on."
         )
-    line, ended = 0, ""
-    for record in records:
-        line, ended = record.get("line", line), record.get("ended", "")
-    if not isinstance(line, int) or not isinstance(ended, str):
-        raise JournalError(f"{name}: the journal is of another kind: line {line!r}, ended {ended!r}.")
-    return Entry(JobRecord(**{key: job[key] for key in known}), line, ended)
+    line, ended, resumed, furthest = 0, "", 0, 0
+    drawn, lost = None, False
+    try:
+        for record in records:
+            before, line, ended = line, int(record.get("line", line)), str(record.get("ended", ""))
+            furthest = max(furthest, line)
+            if "resumed" in record:
+                resumed, lost = line, bool(record.get("homes"))
+            elif line > resumed:
+                lost = False
+            if "drawn_back_mm" in record:
+                drawn = float(record["drawn_back_mm"])
+            elif line != before:
+                drawn = None  # the program goes on: it is as the program says
+    except (TypeError, ValueError) as error:
+        raise JournalError(f"{name}: the journal is of another kind: {error}.") from None
+    return Entry(JobRecord(**{key: job[key] for key in known}), line, ended, resumed, furthest, drawn, lost)
 
 
 class Journal:
@@ -190,8 +216,12 @@ class Journal:
         self._port, self._aside = job.port, self._place_aside() if self._is_precious() else None
         return self._aside
 
-    def ready(self) -> None:
+    def ready(self, line: int = 0, drawn_back_mm: float = 0.0, homes: bool = False) -> None:
         """The port is open, the first line goes now: on disk before this returns.
+
+        A job that is resumed counts from ``line`` on; until the lines ahead of it have been carried out, the
+        filament is ``drawn_back_mm`` behind where the program has it there, and, if it ``homes``, the printer
+        does not know its position.
 
         Raises:
             OSError: if it cannot be written, or the old journal cannot be kept; that is still there then.
@@ -199,6 +229,11 @@ class Journal:
         if self._aside is not None:
             self._copy(self._aside)
         self._file.truncate(self._keep)
+        if "resumed" in self._first:
+            self._first |= {"line": line, "drawn_back_mm": round(drawn_back_mm, FEED_DECIMALS)}
+            if homes:
+                self._first["homes"] = True
+            self._line = line
         self._append(self._first)
         _sync_folder(self.path.parent)
         last_job.remember(self._port, self.path)
@@ -248,16 +283,21 @@ class Journal:
         synced, which is at most a second or 500 lines.
         """
         if line <= self._line:
-            return
+            return  # no news
         self._line = line
         self._write({"line": line})
         if self._clock() - self._synced >= SECONDS_PER_SYNC or line - self._synced_line >= LINES_PER_SYNC:
             self._sync()
 
-    def close_job(self, line: int, ended: str, refused: Sequence[str] = ()) -> None:
+    def close_job(
+        self, line: int, ended: str, refused: Sequence[str] = (), drawn_back_mm: float | None = None
+    ) -> None:
         """The job ended in an orderly way: "finished", "stopped", ...; ``refused`` is what the printer said
-        of commands that it did not carry out."""
-        self._append({"line": line, "ended": ended} | ({"refused": list(refused)} if refused else {}))
+        of commands that it did not carry out, ``drawn_back_mm`` as in `Entry`."""
+        record: dict[str, Any] = {"line": line, "ended": ended}
+        if drawn_back_mm is not None:
+            record["drawn_back_mm"] = drawn_back_mm
+        self._append(record | ({"refused": list(refused)} if refused else {}))
 
     def close(self) -> None:
         """Let go of the file; one in which nothing stands, as its job never began, goes away."""

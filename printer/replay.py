@@ -107,6 +107,25 @@ def replay(program: Program, count: int) -> Replay:
     return state
 
 
+MODES = ("G20", "G21", "G90", "G91", "M82", "M83")
+LOOKED_BACK = 5000
+
+
+def drawn_back(commands: Sequence[str], count: int) -> float:
+    """Material in mm that the first ``count`` commands have drawn back and not fed again.
+
+    Only the last few thousand are replayed, and the modes before them: this is asked for while a user waits
+    for the printer to stop. Whoever goes without extruding for longer is taken to have drawn back nothing.
+    """
+    state, first = Replay(), max(0, count - LOOKED_BACK)
+    for command in commands[:first]:
+        if command.startswith(MODES):
+            state.apply(command)
+    for command in commands[first:count]:
+        state.apply(command)
+    return state.retracted_mm
+
+
 def highest(program: Program, count: int, axis: str, close_lines: Sequence[str] = ()) -> float | None:
     """The largest coordinate on ``axis`` in mm where one of the first ``count`` commands laid material.
 

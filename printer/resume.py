@@ -64,6 +64,8 @@ def start_of_work(program: Program, entry: Entry) -> int:
         while executed and moves < PLANNER_MOVES:
             executed -= 1
             moves += bool(MOTION.match(program.commands[executed]))
+        # What the job went back to when it was resumed was certain then, and is now.
+        executed = max(executed, min(acknowledged, program.index_of_line(entry.resumed_line)))
     if program.toolpaths:
         if acknowledged < program.toolpaths[0]:
             raise _nothing_printed(program)
@@ -103,7 +105,9 @@ def plan_resume(
     start = start_of_work(program, entry)
     acknowledged = program.index_of_line(entry.acknowledged_line)
     # The journal is written at a bounded rate: the print may be some lines further than it says.
-    furthest = min(len(program), acknowledged + LINES_PER_SYNC + QUEUED_LINES)
+    # A job that went back has printed what lies ahead of it already.
+    furthest = program.index_of_line(entry.furthest_line) + LINES_PER_SYNC + QUEUED_LINES
+    furthest = min(len(program), furthest)
     state, later = replay(program, start), replay(program, furthest)
     axis = safety.build_axis
     if state.shifts != later.shifts:
@@ -116,7 +120,12 @@ def plan_resume(
         raise ResumeError(
             f"{program.name}: the height ({axis}) at which to go on is unknown: no move sets it."
         )
-    doubt = "The printer was reset" if rebooted else _doubt(program, start, furthest, reported, axis)
+    if rebooted:
+        doubt: str | None = "The printer was reset"
+    elif entry.lost:
+        doubt = "The job was interrupted before the printer had found its position again"
+    else:
+        doubt = _doubt(program, start, furthest, reported, axis)
     if height_mm is not None and not doubt:
         raise ResumeError(
             f"the printer was not reset, and {_where(reported, axis)}: leave --height "
@@ -211,7 +220,9 @@ def _find_position(
 def _to_prime(program: Program, acknowledged: int, entry: Entry, state: Replay, safety: Safety) -> float:
     """Material in mm to feed (or draw back, if negative), so that the nozzle is as the program left it."""
     drawn_back = replay(program, acknowledged).retracted_mm
-    if entry.ended == "stopped":
+    if entry.drawn_back_mm is not None:
+        drawn_back += entry.drawn_back_mm
+    elif entry.ended == "stopped":  # a journal that does not say
         drawn_back -= sum(extrusion(line) for line in safety.close_lines)
     return drawn_back - state.retracted_mm
 

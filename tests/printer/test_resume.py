@@ -11,7 +11,7 @@ from printer import JournalError, ResumeError, Settings, State, make_program
 from printer.emulator.build import Options
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
-from printer.replay import highest, replay
+from printer.replay import drawn_back, highest, replay
 from printer.resume import plan_resume, start_of_work
 from printer.safety import extrusion, feed_of, leave, number
 
@@ -266,3 +266,74 @@ def test_an_output_that_acts_at_once_is_restored_when_the_nozzle_has_arrived(val
     plan = plan_resume(program, entry(program, 9, "stopped"), SAFETY, rebooted=False)
     place = plan.before.index(valve)
     assert (plan.before[place - 1] == "M400") is waits
+
+
+def drawn_back_of(firmware):
+    """How far the filament is drawn back behind where it last flowed, and the most that it ever was."""
+    drawn = most = 0.0
+    for move in firmware.path.moves:
+        drawn = max(0.0, drawn - move.e)
+        most = max(most, drawn)
+    return drawn, most
+
+
+def stopped(program, bench, start=0, earlier=None):
+    """Stop in a controlled way; what the journal says then."""
+    bench.sender.drawn_back_at = lambda done: drawn_back(program.commands, start + done)
+    bench.sender.cancel(bench.firmware.now)
+    assert bench.run() is State.STOPPED
+    line = program.acknowledged_line(start + bench.sender.window.acknowledged)
+    furthest = 0 if earlier is None else earlier.furthest_line
+    return replace(
+        entry(program, line, "stopped"), furthest_line=furthest, drawn_back_mm=bench.sender.drawn_back_mm
+    )
+
+
+@pytest.mark.parametrize("inside", [0, 2, 3, 5, 6])
+@pytest.mark.parametrize("ahead", range(0, 26, 3))
+def test_each_stop_on_the_way_back_leaves_the_filament_where_one_stop_does(inside, ahead):
+    """Drawn back by the program, by the stop, by the stop of the resumed job: once in all, and primed once."""
+    program = sheet()
+    bench = Bench(program.commands, Settings(safety=SAFETY))
+    bench.run(until=lambda: bench.sender.window.acknowledged >= program.toolpaths[20] + inside)
+    job = stopped(program, bench)
+    for _ in range(2):
+        plan = plan_resume(program, job, SAFETY, rebooted=False)
+        rest = program.commands[plan.start_at :]
+        bench = Bench(rest, Settings(safety=SAFETY), firmware=bench.firmware, before=plan.before)
+        sender = bench.sender
+        bench.run(until=lambda: sender.window.acked > ahead or sender.window.assigned > 0)  # noqa: B023
+        job = stopped(program, bench, plan.start_at, job)
+        assert drawn_back_of(bench.firmware) == (pytest.approx(1), pytest.approx(1))
+    plan = plan_resume(program, job, SAFETY, rebooted=False)
+    assert max(float(line[4:].split()[0]) for line in plan.before if line.startswith("G0 Z")) >= 0.8 + 5
+    Bench([], Settings(safety=SAFETY), firmware=bench.firmware, before=plan.before).run()
+    wanted = replay(program, plan.start_at).retracted_mm
+    assert drawn_back_of(bench.firmware)[0] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("already", [0.0, 0.3, 1.0, 2.0])
+def test_a_stop_draws_back_only_what_is_missing(already):
+    lines = leave(SAFETY, already)
+    assert sum(map(extrusion, lines)) == pytest.approx(-max(0.0, 1 - already))
+    assert "M42 P4 S0" in lines
+
+
+def test_a_printer_that_was_still_looking_for_its_position_does_not_know_it():
+    """Wherever it says it stands: it had been lifted from a place that it did not know."""
+    job = replace(entry(sheet(), 200, "stopped"), lost=True)
+    stands = dict(replay(sheet(), sheet().index_of_line(200)).position)
+    with pytest.raises(ResumeError, match="--height"):
+        plan_resume(sheet(), job, SAFETY, rebooted=False, reported=stands)
+    assert "G28 X Y" in plan_resume(sheet(), job, SAFETY, rebooted=False, reported=stands, height_mm=2).before
+
+
+def test_going_back_again_does_not_forget_how_high_the_print_is_nor_go_further_back():
+    program = sheet()
+    start = program.acknowledged_line(program.toolpaths[3])
+    high = program.lines[program.toolpaths[57]]
+    again = replace(entry(program, start), resumed_line=start, furthest_line=high)
+    plan = plan_resume(program, again, SAFETY, rebooted=False)
+    assert plan.start_at == program.toolpaths[3]
+    top = highest(program, program.toolpaths[57], "Z")
+    assert f"G0 Z{number(top + SAFETY.lift_mm)} F600" in plan.before
