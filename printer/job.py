@@ -16,7 +16,7 @@ from printer.errors import PrinterError, StreamError
 from printer.journal import Journal
 from printer.ports import READ_TIMEOUT_S, Port, open_port, port_lock
 from printer.protocol import fault_of
-from printer.replay import drawn_back
+from printer.replay import drawn_back, lays_nothing
 from printer.report import Progress, Report, State
 from printer.safety import extrusion
 from printer.sender import Sender
@@ -127,6 +127,7 @@ class Job:
                     report.state.value,
                     report.refused,
                     drawn_back_mm=sender.drawn_back_mm,
+                    nothing_laid=report.state is not State.FINISHED and self._has_laid_nothing(sender),
                 )
             if report.state is State.FAILED:
                 line = self._acknowledged_line(sender)
@@ -200,6 +201,11 @@ class Job:
 
     def _acknowledged_line(self, sender: Sender) -> int:
         return self.program.acknowledged_line(self.start_at + sender.window.acknowledged)
+
+    def _has_laid_nothing(self, sender: Sender) -> bool:
+        """Whether no line that was handed over, acknowledged or not, can have laid any material."""
+        sent = sender.window.assigned
+        return not self.before and lays_nothing(self.program, sent, self.settings.safety.close_lines)
 
     def _tell(self, sender: Sender, now: float) -> None:
         if self.on_progress is None:

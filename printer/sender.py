@@ -8,7 +8,7 @@ right again, and the last one proves that all has arrived.
 from collections import deque
 from collections.abc import Iterable
 
-from printer.firmware_words import NO_SENSOR, PREVENTED
+from printer.firmware_words import NO_SENSOR, PREVENTED, code_of
 from printer.in_flight import OTHER_MARK
 from printer.outgoing import RECOVERY_S, Outgoing
 from printer.protocol import (
@@ -192,9 +192,8 @@ class Sender(Outgoing):
         flows, so nothing is amiss; but it is not drawn back either."""
         window = self.window
         in_flight = range(window.acked, window.sent)
-        cold = [
-            n for n in in_flight if window.is_own(n) and n not in self.unfed and extrusion(window.command(n))
-        ]
+        own = [n for n in in_flight if window.is_own(n) and n not in self.unfed]
+        cold = [n for n in own if extrusion(line := window.command(n)) or code_of(line) == "G10"]
         self.unfed.update(cold[:1])
         return bool(cold)
 

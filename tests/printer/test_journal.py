@@ -8,15 +8,13 @@ from hypothesis import strategies as st
 from printer import JournalError, Settings, StreamError, make_program, stream
 from printer.job import Job
 from printer.journal import (
-    Entry,
-    JobRecord,
     Journal,
     journal_path,
     read_journal,
     unfinished,
-    whole_records,
 )
 from printer.ports import open_port
+from printer.records import Entry, JobRecord, whole_records
 
 JOB = JobRecord("/somewhere/part.gcode", "ab" * 32, "/dev/ttyUSB0", "marlin-generic")
 PROGRAM = make_program(["G91", *[f"G1 X{k % 3 - 1} F6000" for k in range(3000)]])
@@ -113,13 +111,13 @@ def test_any_bytes_are_a_journal_or_none(data):
 @search(deadline=None)
 @given(st.data())
 def test_a_damaged_byte_loses_its_record_alone(data):
-    from printer.journal import _encode
+    from printer.records import encode
 
     records = [{"line": k} for k in range(5)]
-    whole = bytearray(b"".join(map(_encode, records)))
+    whole = bytearray(b"".join(map(encode, records)))
     place = data.draw(st.integers(0, len(whole) - 1))
     whole[place] ^= data.draw(st.integers(1, 255))
-    size = len(_encode(records[0]))
+    size = len(encode(records[0]))
     hit = place // size
     lost = {hit, hit + 1} if whole[(hit + 1) * size - 1] != 10 else {hit}
     assert whole_records(bytes(whole))[0] == [record for k, record in enumerate(records) if k not in lost]
@@ -206,7 +204,9 @@ def test_a_failed_job_leaves_a_journal_of_what_was_acknowledged(path):
     with pytest.raises(StreamError) as caught:
         Job(PROGRAM, open_port("marlin://?clock=fast&fault=kill@2000", 9600), journal=journal).run()
     journal.close()
-    assert read_journal(path) == Entry(JOB, caught.value.report.acknowledged, "failed", drawn_back_mm=0.0)
+    assert read_journal(path) == Entry(
+        JOB, caught.value.report.acknowledged, "failed", drawn_back_mm=0.0, nothing_laid=True
+    )
     assert 1950 < caught.value.report.acknowledged < 2000
 
 

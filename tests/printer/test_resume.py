@@ -7,10 +7,13 @@ import pytest
 from pump import Bench
 from sheet import SAFETY, assert_same_print, entry, printed, sheet
 
-from printer import JournalError, ResumeError, Settings, State, make_program
+from printer import Job, Journal, JournalError, ResumeError, Settings, State, StreamError, make_program
 from printer.emulator.build import Options
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
+from printer.journal import read_journal, unfinished
+from printer.ports import open_port
+from printer.records import JobRecord
 from printer.replay import drawn_back, highest, replay
 from printer.resume import plan_resume, start_of_work
 from printer.safety import extrusion, feed_of, leave, number
@@ -329,11 +332,53 @@ def test_a_printer_that_was_still_looking_for_its_position_does_not_know_it():
 
 
 def test_going_back_again_does_not_forget_how_high_the_print_is_nor_go_further_back():
-    program = sheet()
+    program = sheet(250)
     start = program.acknowledged_line(program.toolpaths[3])
-    high = program.lines[program.toolpaths[57]]
+    high = program.lines[program.toolpaths[240]]
     again = replace(entry(program, start), resumed_line=start, furthest_line=high)
     plan = plan_resume(program, again, SAFETY, rebooted=False)
     assert plan.start_at == program.toolpaths[3]
-    top = highest(program, program.toolpaths[57], "Z")
+    top = highest(program, len(program), "Z")
     assert f"G0 Z{number(top + SAFETY.lift_mm)} F600" in plan.before
+
+
+def test_it_says_truly_what_is_printed_again():
+    program = sheet()
+    starts = program.toolpaths
+
+    def words(index, ended, **more):
+        job = replace(entry(program, program.acknowledged_line(index), ended), **more)
+        return plan_resume(program, job, SAFETY, rebooted=False).text
+
+    first = program.lines[starts[30]]
+    assert words(starts[30], "stopped")[1] == (
+        f"Going on at line {first}, where toolpath 30 begins; nothing is printed twice."
+    )
+    assert (
+        f"back to line {first}, where toolpath 30 begins that was under way"
+        in words(starts[30] + 2, "stopped")[1]
+    )
+    assert "toolpath 27 begins: it and what follows may not have been" in words(starts[30] + 3, "failed")[1]
+    again = words(starts[30], "stopped", furthest_line=first + 4, resumed_line=first - 1)
+    assert f"up to line {first + 4}, job stopped again after it had gone back to line {first}" in again[0]
+    assert "Going on at line" in again[1]
+
+
+def test_what_cannot_lay_material_is_journaled_as_nothing(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    for before, nothing in (
+        ([], True),
+        (["M83", "M302 P1", "G1 X9 E1"], False),
+        (["M42 P4 S255", "G1 X9"], False),
+    ):
+        program = make_program(["G21", *before, "M109 S200", "G4 P1", ";TOOLPATH 0", "G0 X1", "G1 X2 E1"])
+        journal = Journal(tmp_path / "journal")
+        journal.begin(JobRecord("part.gcode", program.sha256, "marlin://", ""))
+        port = open_port(f"marlin://?clock=fast&fault=kill@{len(before) + 4}", 9600)
+        with pytest.raises(StreamError):
+            Job(
+                program, port, Settings(boot_wait_s=0.1, window_lines=1, safety=SAFETY), journal=journal
+            ).run()
+        journal.close()
+        assert read_journal(tmp_path / "journal").nothing_laid == nothing
+        assert (unfinished(tmp_path / "journal") is None) == nothing

@@ -269,6 +269,69 @@ def test_ctrl_c(part, tmp_path, signals, state):
     assert read_journal(journal_path(part)).ended == state
 
 
+@contextmanager
+def sending(printer, tmp_path, *words):
+    """``vslice send`` in a process of its own, for signals."""
+    sender = subprocess.Popen(
+        [sys.executable, "-c", "from vslice.cli import main; main()", "send", *map(str, words)],
+        cwd=ROOT,
+        env={**os.environ, "XDG_STATE_HOME": str(tmp_path / "state")},
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield sender
+    finally:
+        sender.kill()
+        sender.wait()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
+@pytest.mark.parametrize("moment", ["boot", "heating"])
+def test_a_job_that_was_stopped_before_it_printed_begins_anew_unasked(run, part, tmp_path, moment):
+    part.write_text("\n".join(["G1 Z15 F6000", "M109 S200", *PROGRAM]))
+    with emulated(fast=False) as printer:
+        quick = ("--set", "printer.boot_wait_s=60") if moment == "boot" else QUICK
+        with sending(printer, tmp_path, part, "--port", printer.path, "--no-check", *quick) as sender:
+            wait_until(lambda: journal_path(part).exists() and b"\n" in journal_path(part).read_bytes())
+            if moment == "heating":
+                wait_until(lambda: printer.firmware.machine.hotend.target == 200)
+            time.sleep(0.5)
+            sender.send_signal(signal.SIGINT)
+            _, err = sender.communicate(timeout=60)
+    assert sender.returncode == 130, err
+    assert "Nothing was printed: 'vslice send part.gcode' begins anew" in err
+    assert "--resume" not in err
+    assert "not carried out" not in err  # the nozzle was cold
+    for words in (["--resume"], ["--resume", "--dry-run"]):
+        code, out, err = run("send", part, *words)
+        assert (code, "had printed nothing yet" in err, out) == (1, True, ""), err
+        assert "'vslice send part.gcode' begins anew" in err
+    code, _, err = run("send", part, "--port", "marlin://?clock=fast", "--no-check", *QUICK)
+    assert code == 0, err
+    assert not list(tmp_path.glob("*.1"))
+
+
+def test_a_job_that_ended_before_its_first_toolpath_is_offered_to_begin_anew_alone(run, part, monkeypatch):
+    """A line beside the sheet, for the nozzle: it stands there, but no toolpath can be gone on with."""
+    line = ["G0 X0 Z0.2 F6000", *[f"G1 X{k} E0.05 F600" for k in range(60)]]
+    part.write_text("\n".join([*PROGRAM[:4], *line, *PROGRAM[4:]]))
+    port = ("--port", "marlin://?clock=fast&fault=disconnect@40", "--no-check", *QUICK)
+    code, _, err = run("send", part, *port)
+    assert (code, "--resume" in err) == (1, False), err
+    assert "'vslice send part.gcode --restart' begins anew" in err
+    for words in (["--resume", "--dry-run"], ["--resume", "--yes", "--port", "marlin://"]):
+        code, _, err = run("send", part, *words)
+        assert (code, "before its first toolpath" in err) == (1, True), err
+    code, _, err = run("send", part, *ANEW)
+    assert (code, "--resume" in err, "--restart" in err) == (2, False, True), err
+    monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("sys.stdin", io.StringIO("restart\n"))
+    code, _, err = run("send", part, *ANEW)
+    assert (code, "(restart, stop)" in err) == (0, True), err
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_emulate_is_a_printer_until_it_is_interrupted(tmp_path, part, run, how):

@@ -255,13 +255,14 @@ def _resume(
     from printer import Job, Journal, ResumeError, make_program, read_program
     from printer.journal import journal_path
     from printer.ports import open_port, port_lock
-    from printer.resume import check_unchanged, plan_resume
+    from printer.resume import check_unchanged, plan_resume, start_of_work
 
     program = read_program(program_file)
     path = journal_path(program_file)
     with closing(Journal(path)) as journal, port_lock(port):
         entry = journal.reopen(port)
         check_unchanged(program, entry)
+        start_of_work(program, entry)  # before the port is opened, which may reset the printer
         with closing(open_port(port, settings.baud)) as line:
             # First only ask the printer: whether it was reset decides how the nozzle may move.
             greeting = Job(make_program(["M114"], name=program.name), line, settings).run()

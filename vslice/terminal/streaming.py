@@ -35,7 +35,8 @@ def stream_program(
         UsageError: a job of this program was interrupted, and ``restart`` does not say to begin anew.
     """
     from printer import Journal, read_program
-    from printer.journal import JobRecord, journal_path
+    from printer.journal import journal_path
+    from printer.records import JobRecord
 
     program = read_program(program_file)
     path = journal_path(program_file)
@@ -145,4 +146,18 @@ def resume_offered(program: "Program", journal: Path) -> Iterator[None]:
 
 
 def _offer_resume(program: "Program", journal: Path) -> None:
+    """Offer what works: what ended before its first toolpath cannot go on."""
+    from printer.errors import ResumeError
+    from printer.journal import read_journal
+    from printer.resume import start_of_work
+
+    entry = read_journal(journal)
+    if entry.nothing_laid:
+        say(f"Nothing was printed: 'vslice send {program.name}' begins anew.")
+        return
+    try:
+        start_of_work(program, entry)
+    except ResumeError as error:
+        say(str(error))
+        return
     say(f"The journal is {journal}; 'vslice send --resume {program.name}' goes on with the job.")
