@@ -222,6 +222,7 @@ class Job:
                 sender.paused,
                 sender.printer_status.temperatures,
                 tuple(messages),
+                sender.ahead,
             )
         )
 

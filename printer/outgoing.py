@@ -42,6 +42,7 @@ class Outgoing:
         self.settings, self.window = settings, Window(commands)
         self.state, self.message, self.paused = State.BOOT, "", False
         self.pending = deque(["M115", *before])  # lines of our own that go next
+        self.has_before = bool(before)
         self.to_feed_mm = sum(map(extrusion, before))  # as the lines ahead of the program shall
         self.end, self.tail_given = len(commands), False
         self.resends = Resends(self.window, settings.window_lines)
@@ -63,6 +64,17 @@ class Outgoing:
         data = bytes(self.output)
         self.output.clear()
         return data
+
+    @property
+    def ahead(self) -> str:
+        """The line ahead of the program that is under way; "" if there is none, or the program has begun."""
+        window = self.window
+        if not self.has_before or self.state is not State.RUN or window.acknowledged:
+            return ""
+        number = window.acked
+        if number < window.top:
+            return window.command(number) if window.is_own(number) else ""
+        return next(iter(tuple(self.pending)), "")
 
     @property
     def drawn_back_mm(self) -> float:

@@ -382,3 +382,23 @@ def test_what_cannot_lay_material_is_journaled_as_nothing(tmp_path, monkeypatch)
         journal.close()
         assert read_journal(tmp_path / "journal").nothing_laid == nothing
         assert (unfinished(tmp_path / "journal") is None) == nothing
+
+
+def test_the_line_ahead_that_is_under_way_is_told_until_the_program_begins():
+    bench = Bench(["G91", "G0 X1", "G0 X1"], before=("G91", "G28 X Y", "M400", "G90"))
+    told = []
+
+    def looked():
+        if bench.sender.state is State.RUN:
+            told.append((bench.sender.ahead, bench.sender.window.acknowledged))
+        return False
+
+    bench.run(until=looked)
+    ahead = list(dict.fromkeys(line for line, _ in told))
+    assert ahead[0] == "M115"
+    assert [line for line in ahead if line[:4] != "M105"] == ["M115", "G91", "G28 X Y", "M400", "G90", ""]
+    assert ahead[-1] == ""
+    assert not any(line for line, done in told if done)
+    fresh = Bench(["G0 X1"])
+    fresh.run(until=lambda: told.append(fresh.sender.ahead))
+    assert told[-1] == ""

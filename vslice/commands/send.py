@@ -287,7 +287,7 @@ def _resume(
                         "Nothing was sent; resume again."
                     )
             times = times_of(program_file, program, profile)
-            display = Display(program, times, plan.start_at, heats_first=True)
+            display = Display(program, times)
             with resume_offered(program, path):
                 report = run(program, line, ready, journal, display, plan.start_at, plan.before)
     return told(report, path, program)
