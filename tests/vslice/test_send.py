@@ -161,7 +161,7 @@ def test_a_program_that_the_check_refuses_is_not_sent(run, part):
         (["send"], 2, "Which program?"),
         (["send", "missing.gcode", "--port", "marlin://"], 2, "missing.gcode"),
         (["send", "part.gcode", "--port", "/dev/no-such-port", "--no-check"], 1, "cannot be opened"),
-        (["send", "part.gcode", "--port", "marlin://?corrpt=1", "--no-check"], 1, "corrpt"),
+        (["send", "part.gcode", "--port", "marlin://?corrpt=1", "--no-check"], 2, "corrpt"),
         (["send", "part.gcode", "--no-check", "-p", "no-such"], 2, "no-such"),
         (["send", "part.gcode", "--resume"], 1, "there is no journal"),
         (["send", "--resume"], 2, "Interrupted jobs in this folder: none"),
@@ -172,6 +172,28 @@ def test_a_program_that_the_check_refuses_is_not_sent(run, part):
 def test_wrong_use(run, part, words, code, complaint):
     ended, _, err = run(*words)
     assert (ended, complaint in err) == (code, True), err
+
+
+@pytest.mark.parametrize("port", ["marlin://?corrupt=2", "marlin://?slots=0", "socket://here", "fire://x"])
+@pytest.mark.parametrize("command", ["send", "console", "slice"])
+def test_a_port_that_can_be_none_is_wrong_use(run, part, command, port):
+    words = {
+        "send": ["send", part, "--no-check"],
+        "console": ["console"],
+        "slice": ["slice", EXAMPLE, "-o", "new.gcode", "--method", "greedy", "--send"],
+    }
+    code, _, err = run(*words[command], "--port", port)
+    told = [line for line in err.splitlines() if line.startswith("Error: ")]
+    assert (code, len(told), "Serial ports" in err) == (2, 1, False), err
+    assert err.splitlines()[-1] == told[0]
+    assert not list(part.parent.glob("*.vslice-journal"))
+
+
+def test_an_error_names_the_port_once(run, part):
+    code, _, err = run("send", part, "--no-check", "--port", "/dev/ttyNOPE")
+    assert (code, err.count("ttyNOPE"), "Serial ports of this machine" in err) == (1, 1, True), err
+    code, _, err = run("send", part, "--no-check", "--port", "socket://127.0.0.1:9")
+    assert (code, err.count("127.0.0.1"), "Serial ports" in err) == (1, 1, False), err
 
 
 def test_a_line_that_marlin_cannot_take_is_named(run, part):

@@ -17,6 +17,7 @@ WRONG_INPUT = {
     "SequenceError",
     "ProtocolError",
     "OptionError",
+    "PortNameError",
 }
 OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice"}
 
