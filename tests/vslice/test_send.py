@@ -236,10 +236,16 @@ def test_resuming_asks_first(run, part, monkeypatch):
         path = journal_path(part)
         path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
         before = printer.firmware.path.count
+        unanswered = printer.firmware.lines
+        code, _, err = run("send", "--resume", part, *QUICK)
+        assert (code, "give --yes" in err) == (2, True), err
+        assert printer.firmware.lines == unanswered
+        monkeypatch.setattr("vslice.terminal.resuming.on_terminal", lambda: True)
         monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
         code, _, err = run("send", "--resume", part, *QUICK)
     assert code == 130, err
     assert "The nozzle will move" in err
+    assert "Nothing was moved" in err
     assert printer.firmware.path.count == before
 
 
@@ -307,6 +313,40 @@ def sending(printer, tmp_path, *words):
     finally:
         sender.kill()
         sender.wait()
+
+
+def interrupt(*_, **__):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("moment", ["printer.ports.open_port", "printer.job.Job.run", "click.confirm"])
+def test_an_interruption_before_the_way_back_says_that_nothing_moved(run, part, broken, monkeypatch, moment):
+    before = broken.read_bytes()
+    words = ["send", part, "--resume", "--port", "marlin://?clock=fast", "--height", "3", *QUICK]
+    if moment == "click.confirm":
+        monkeypatch.setattr("vslice.terminal.resuming.on_terminal", lambda: True)
+        monkeypatch.setattr(moment, interrupt)
+    else:
+        monkeypatch.setattr(moment, interrupt)
+        words.append("--yes")
+    code, _, err = run(*words)
+    assert (code, "Nothing was moved, and the journal is as it was" in err) == (130, True), err
+    assert broken.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("moment", "words", "told"),
+    [
+        ("printer.job.Job.run", ["--dry-run", "--no-check"], "there is nothing to resume"),
+        ("printer.job.Job.run", ["--dry-run", "--resume"], "the journal is as it was"),
+        ("gcode.check.check_file", ["--restart", "--port", "marlin://"], "Nothing was sent"),
+        ("vslice.machine.read_profile", ["--restart", "--port", "marlin://"], "Nothing was sent"),
+    ],
+)
+def test_an_interruption_before_anything_is_sent_says_so(run, part, broken, monkeypatch, moment, words, told):
+    monkeypatch.setattr(moment, interrupt)
+    code, _, err = run("send", part, *words)
+    assert (code, err.count(told)) == (130, 1), err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
@@ -472,6 +512,7 @@ def test_restart_begins_anew_and_keeps_the_old_journal(run, part, broken):
 @pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("restart", 0), ("resume", 1)])
 def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer, code):
     monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("vslice.terminal.resuming.on_terminal", lambda: True)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer + "\n"))
     before = broken.read_bytes()
     ended, _, err = run("send", part, *ANEW)

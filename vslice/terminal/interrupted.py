@@ -6,7 +6,7 @@ from typing import Literal
 
 import click
 
-from vslice.terminal.session import say
+from vslice.terminal.session import said_if_interrupted
 
 Choice = Literal["restart", "resume"]
 
@@ -25,6 +25,7 @@ def known_of(journal: Path) -> str | None:
     return f"its last job was interrupted ({entry.ended or 'cut off'}) at line {entry.acknowledged_line}"
 
 
+@said_if_interrupted("Nothing was sent.")
 def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
     """Whether the job goes on or begins anew: asked on a terminal. None if no job was interrupted.
 
@@ -52,7 +53,6 @@ def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
         err=True,
     )
     if answer == "stop":
-        say("Nothing was sent.")
         raise click.Abort
     return "resume" if answer == "resume" else "restart"
 
@@ -99,10 +99,10 @@ def _ask_to_restart(what: str, or_when: str, journal: Path) -> None:
         err=True,
     )
     if answer == "stop":
-        say("Nothing was sent.")
         raise click.Abort
 
 
+@said_if_interrupted("Nothing was sent.")
 def ask_of_port(port: str, journal: Path) -> None:
     """Make sure that the interrupted job of another program does not stand in this printer.
 
@@ -123,7 +123,6 @@ def ask_of_port(port: str, journal: Path) -> None:
         raise click.UsageError(f"{what} When the plate is clear, give --restart to begin. Nothing was sent.")
     click.echo(what, err=True)
     if not click.confirm("Is the plate clear?", default=False, err=True):
-        say("Nothing was sent.")
         raise click.Abort
 
 

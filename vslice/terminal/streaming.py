@@ -11,7 +11,7 @@ import click
 
 from vslice.terminal.interrupted import known_of
 from vslice.terminal.progress import Display, clock, keys, shown
-from vslice.terminal.session import say
+from vslice.terminal.session import said_if_interrupted, say
 
 if TYPE_CHECKING:
     from printer import Journal, Program, Report, Settings
@@ -38,7 +38,8 @@ def stream_program(
     from printer.journal import journal_path
     from printer.records import JobRecord
 
-    program = read_program(program_file)
+    with said_if_interrupted("Nothing was sent."):
+        program = read_program(program_file)
     path = journal_path(program_file)
     with closing(Journal(path)) as journal:
         if not restart and (known := known_of(path)) is not None:  # since we asked
@@ -46,7 +47,8 @@ def stream_program(
         aside = journal.begin(JobRecord(str(program_file.resolve()), program.sha256, port, profile_name))
         if aside is not None:
             say(f"{program.name}: begins anew; the journal of the interrupted job is kept as {aside}.")
-        display = Display(program, times_of(program_file, program, profile))
+        with said_if_interrupted("Nothing was sent."):
+            display = Display(program, times_of(program_file, program, profile))
         with resume_offered(program, path):
             report = run(program, port, settings, journal, display)
     return told(report, path, program)
