@@ -461,6 +461,41 @@ def test_the_console_shows_replies(run, monkeypatch):
     assert 'echo:Unknown command: "FOO"' in out
 
 
+@pytest.mark.parametrize("clock", ["fast", "real"])
+def test_the_console_waits_for_all_answers(run, monkeypatch, clock):
+    """Longer than half a second, and more commands than a printer has slots and bytes for."""
+    wordy = [f"M117 {k} {'x' * 60}" for k in range(20)]
+    monkeypatch.setattr(
+        "sys.stdin", io.StringIO("\n".join(["M105", "G28", *wordy, "G4 P700", "M114"]) + "\n")
+    )
+    code, out, err = run("console", "--port", f"marlin://?homing_s=3&clock={clock}")
+    assert (code, err) == (0, "")
+    assert len(re.findall(r"^ok", out, re.MULTILINE)) == 24
+    assert out.count("Count X:") == 2
+
+
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [
+        (["G4 P3000", "M114"], ["Not answered: G4 P3000, M114"]),
+        (["G4 P3000"] * 9, ["Not sent, nor what follows: G4 P3000", "Not answered: G4 P3000, G4 P3000"]),
+        (["M112", "M114"], ["Not"]),
+    ],
+)
+def test_the_console_says_what_was_not_answered(run, monkeypatch, typed, told):
+    """By a printer that says nothing while it is busy, or has halted."""
+    monkeypatch.setattr("vslice.terminal.conversation.SILENCE_S", 0.5)
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(["M105", *typed]) + "\n"))
+    code, out, err = run("console", "--port", "marlin://?odd=silent")
+    assert (code, [words for words in told if words not in err], out.count("ok T:")) == (1, [], 1), err
+
+
+def test_the_console_waits_for_no_answer_where_none_comes(run, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("M105\nM112\n"))
+    code, out, err = run("console", "--port", "marlin://")
+    assert (code, err, "kill() called" in out) == (0, "", True)
+
+
 def test_a_profile_becomes_settings():
     settings = settings_of(
         profiles.load("marlin-pneumatic", ["printer.window_lines=2", "motion.travel_speed_mm_s=7.0"])
