@@ -9,11 +9,11 @@ from printer.commands import Program, make_program
 from printer.emulator.motion import Motion
 from printer.emulator.planner import Path
 from printer.job import Job
-from printer.journal import Entry
 from printer.ports import open_port
+from printer.records import Entry
 from printer.report import Progress, Report
-from printer.resume import ResumePlan, plan_resume
-from printer.safety import leave
+from printer.resume import ResumePlan, check_unchanged, plan_resume, start_of_work
+from printer.safety import left
 from printer.settings import Settings
 
 
@@ -97,10 +97,12 @@ def interrupted_printer(
         JournalError, ResumeError: as `printer.resume.plan_resume`.
         StreamError: if the emulated printer does not do it.
     """
+    check_unchanged(program, entry)
+    start_of_work(program, entry)  # before the emulated printer prints what leads nowhere
     settings = replace(settings, boot_wait_s=0.5)
     commands = program.commands[: program.index_of_line(entry.acknowledged_line)]
     if entry.ended == "stopped":
-        commands = [*commands, *leave(settings.safety)]
+        commands = [*commands, *left(settings.safety, entry.drawn_back_mm)]
     port = _open(url, settings, motion)
     try:
         Job(make_program(commands, name=program.name), port, settings).run()

@@ -22,6 +22,10 @@ class PortError(PrinterError):
     """A port that cannot be opened, or that another program holds."""
 
 
+class PortNameError(PortError):
+    """What can be the name of no port."""
+
+
 class JournalError(PrinterError):
     """A journal that is missing or damaged, or of another program."""
 

@@ -137,6 +137,10 @@ class Window:
         """Whether ``number`` carries a line of our own."""
         return number in self._own
 
+    def own_taken(self) -> list[tuple[int, str]]:
+        """The lines of our own that the printer has taken, with their numbers."""
+        return [(number, line) for number, line in self._own.items() if number < self.acked]
+
     def index(self, number: int) -> int:
         """How many commands of the program have a number below ``number``."""
         return number - 1 - bisect_left(self._own_numbers, number)

@@ -9,13 +9,16 @@ from pathlib import Path
 
 import serial
 
+from dialect.commands import code_of
 from printer.busy_times import durations
 from printer.commands import Program, make_program, read_program
 from printer.errors import PrinterError, StreamError
 from printer.journal import Journal
 from printer.ports import READ_TIMEOUT_S, Port, open_port, port_lock
 from printer.protocol import fault_of
+from printer.replay import drawn_back, lays_nothing
 from printer.report import Progress, Report, State
+from printer.safety import extrusion
 from printer.sender import Sender
 from printer.settings import Settings
 
@@ -98,10 +101,15 @@ class Job:
             else:
                 self._port = self.port_given
             if self.journal is not None:
-                self.journal.ready()
+                self.journal.ready(
+                    self.program.acknowledged_line(self.start_at),
+                    sum(map(extrusion, self.before)),
+                    homes=any(code_of(line) == "G28" for line in self.before),
+                )
             clock = getattr(self._port, "clock", time.monotonic)
             commands = self.program.commands[self.start_at :] if self.start_at else self.program.commands
             self._sender = sender = Sender(commands, self.settings, clock(), self.before)
+            sender.drawn_back_at = lambda done: drawn_back(self.program.commands, self.start_at + done)
             reader = threading.Thread(target=self._serve, args=(sender, clock), name="printer", daemon=True)
             reader.start()
             sender.busy_times.blocks_s = durations(commands)  # the printer boots meanwhile
@@ -114,7 +122,13 @@ class Job:
                 raise self._failure
             report = self._report(sender, clock())
             if self.journal is not None:
-                self.journal.close_job(self._acknowledged_line(sender), report.state.value, report.refused)
+                self.journal.close_job(
+                    self._acknowledged_line(sender),
+                    report.state.value,
+                    report.refused,
+                    drawn_back_mm=sender.drawn_back_mm,
+                    nothing_laid=report.state is not State.FINISHED and self._has_laid_nothing(sender),
+                )
             if report.state is State.FAILED:
                 line = self._acknowledged_line(sender)
                 far = f" Acknowledged up to line {line} ({report.acknowledged} of {report.total} commands)."
@@ -188,6 +202,11 @@ class Job:
     def _acknowledged_line(self, sender: Sender) -> int:
         return self.program.acknowledged_line(self.start_at + sender.window.acknowledged)
 
+    def _has_laid_nothing(self, sender: Sender) -> bool:
+        """Whether no line that was handed over, acknowledged or not, can have laid any material."""
+        sent = sender.window.assigned
+        return not self.before and lays_nothing(self.program, sent, self.settings.safety.close_lines)
+
     def _tell(self, sender: Sender, now: float) -> None:
         if self.on_progress is None:
             return
@@ -203,6 +222,7 @@ class Job:
                 sender.paused,
                 sender.printer_status.temperatures,
                 tuple(messages),
+                sender.ahead,
             )
         )
 

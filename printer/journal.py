@@ -6,58 +6,24 @@ damaged record among whole ones loses itself alone, since each later one says ho
 """
 
 import hashlib
-import json
 import os
 import time
-import zlib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict
 from itertools import count
 from pathlib import Path
 from typing import IO, Any
 
+from dialect.numbers import FEED_DECIMALS
 from printer import last_job
 from printer.errors import BusyError, JournalError
 from printer.ports import lock_file, state_folder
+from printer.records import Entry, JobRecord, encode, entry_of, whole_records
 
 LINES_PER_SYNC = 500
 SECONDS_PER_SYNC = 1.0
 SUFFIX = ".vslice-journal"
-
-
-@dataclass(frozen=True, slots=True)
-class JobRecord:
-    """What a journal is about: the program (its path and hash), the port and the profile."""
-
-    program: str
-    sha256: str
-    port: str
-    profile: str
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """What a journal says: the job, the last acknowledged line of the file, and how the job ended
-    ("" if it was cut off)."""
-
-    job: JobRecord
-    acknowledged_line: int
-    ended: str
-
-    @property
-    def finished(self) -> bool:
-        """Whether nothing is left to print."""
-        return self.ended == "finished"
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether something of a print may stand in the printer, and more of it is to come.
-
-        A job that ended in an orderly way before its first line was acknowledged has printed nothing; one
-        that was cut off may have come further than its journal.
-        """
-        return not self.finished and (self.acknowledged_line > 0 or not self.ended)
 
 
 def journal_path(program: Path) -> Path:
@@ -82,7 +48,7 @@ def read_journal(path: Path) -> Entry:
     data = _bytes_of(path)
     if data is None:
         raise JournalError(f"{path.name}: there is no journal: no job of this program was begun here.")
-    return _entry(whole_records(data)[0], path.name, torn=b"\n" not in data)
+    return entry_of(whole_records(data)[0], path.name, torn=b"\n" not in data)
 
 
 def unfinished(path: Path) -> Entry | None:
@@ -97,7 +63,7 @@ def unfinished(path: Path) -> Entry | None:
 def _unfinished(data: bytes, name: str) -> Entry | None:
     if b"\n" not in data:
         return None  # cut off before the first record was whole, and so before the first line was sent
-    entry = _entry(whole_records(data)[0], name)
+    entry = entry_of(whole_records(data)[0], name)
     return entry if entry.interrupted else None
 
 
@@ -108,51 +74,6 @@ def _bytes_of(path: Path) -> bytes | None:
         return None
     except OSError as error:
         raise JournalError(f"{path}: the journal cannot be read: {error.strerror}.") from error
-
-
-def whole_records(data: bytes) -> tuple[list[dict[str, Any]], int]:
-    """The whole records, and where the last of them ends."""
-    records: list[dict[str, Any]] = []
-    end = place = 0
-    for line in data.split(b"\n"):
-        place += len(line) + 1
-        if place <= len(data) and (record := _decode(line)) is not None:
-            records.append(record)
-            end = place
-    return records, end
-
-
-def _decode(line: bytes) -> dict[str, Any] | None:
-    if line[8:9] != b" " or line[:8] != b"%08x" % zlib.crc32(line[9:]):
-        return None
-    try:
-        record = json.loads(line[9:])
-    except ValueError:
-        return None  # a checksum that fits by chance
-    return record if isinstance(record, dict) else None
-
-
-def _encode(record: dict[str, Any]) -> bytes:
-    text = json.dumps(record, separators=(",", ":")).encode()
-    return b"%08x %s\n" % (zlib.crc32(text), text)
-
-
-def _entry(records: list[dict[str, Any]], name: str, torn: bool = False) -> Entry:
-    job = records[0].get("job") if records else None
-    if torn:
-        raise JournalError(f"{name}: no whole record: the job was cut off before its first line was sent.")
-    known = [field.name for field in fields(JobRecord)]
-    if not isinstance(job, dict) or any(not isinstance(job.get(key), str) for key in known):
-        raise JournalError(
-            f"{name}: the journal is damaged: no whole record says which job it is of, so nobody can tell "
-            "where to go on."
-        )
-    line, ended = 0, ""
-    for record in records:
-        line, ended = record.get("line", line), record.get("ended", "")
-    if not isinstance(line, int) or not isinstance(ended, str):
-        raise JournalError(f"{name}: the journal is of another kind: line {line!r}, ended {ended!r}.")
-    return Entry(JobRecord(**{key: job[key] for key in known}), line, ended)
 
 
 class Journal:
@@ -188,8 +109,12 @@ class Journal:
         self._port, self._aside = job.port, self._place_aside() if self._is_precious() else None
         return self._aside
 
-    def ready(self) -> None:
+    def ready(self, line: int = 0, drawn_back_mm: float = 0.0, homes: bool = False) -> None:
         """The port is open, the first line goes now: on disk before this returns.
+
+        A job that is resumed counts from ``line`` on; until the lines ahead of it have been carried out, the
+        filament is ``drawn_back_mm`` behind where the program has it there, and, if it ``homes``, the printer
+        does not know its position.
 
         Raises:
             OSError: if it cannot be written, or the old journal cannot be kept; that is still there then.
@@ -197,6 +122,11 @@ class Journal:
         if self._aside is not None:
             self._copy(self._aside)
         self._file.truncate(self._keep)
+        if "resumed" in self._first:
+            self._first |= {"line": line, "drawn_back_mm": round(drawn_back_mm, FEED_DECIMALS)}
+            if homes:
+                self._first["homes"] = True
+            self._line = line
         self._append(self._first)
         _sync_folder(self.path.parent)
         last_job.remember(self._port, self.path)
@@ -210,7 +140,7 @@ class Journal:
         self._file.seek(0)
         data = self._file.read()
         records, end = whole_records(data)
-        entry = _entry(records, self.path.name, torn=b"\n" not in data)
+        entry = entry_of(records, self.path.name, torn=b"\n" not in data)
         self._first, self._keep, self._line = {"resumed": port}, end, entry.acknowledged_line
         self._port, self._aside = port, None
         return entry
@@ -246,16 +176,28 @@ class Journal:
         synced, which is at most a second or 500 lines.
         """
         if line <= self._line:
-            return
+            return  # no news
         self._line = line
         self._write({"line": line})
         if self._clock() - self._synced >= SECONDS_PER_SYNC or line - self._synced_line >= LINES_PER_SYNC:
             self._sync()
 
-    def close_job(self, line: int, ended: str, refused: Sequence[str] = ()) -> None:
+    def close_job(
+        self,
+        line: int,
+        ended: str,
+        refused: Sequence[str] = (),
+        drawn_back_mm: float | None = None,
+        nothing_laid: bool = False,
+    ) -> None:
         """The job ended in an orderly way: "finished", "stopped", ...; ``refused`` is what the printer said
-        of commands that it did not carry out."""
-        self._append({"line": line, "ended": ended} | ({"refused": list(refused)} if refused else {}))
+        of commands that it did not carry out, ``drawn_back_mm`` and ``nothing_laid`` as in `Entry`."""
+        record: dict[str, Any] = {"line": line, "ended": ended}
+        if drawn_back_mm is not None:
+            record["drawn_back_mm"] = drawn_back_mm
+        if nothing_laid:
+            record["nothing_laid"] = True
+        self._append(record | ({"refused": list(refused)} if refused else {}))
 
     def close(self) -> None:
         """Let go of the file; one in which nothing stands, as its job never began, goes away."""
@@ -271,7 +213,7 @@ class Journal:
         self._sync()
 
     def _write(self, record: dict[str, Any]) -> None:
-        self._file.write(_encode(record))
+        self._file.write(encode(record))
         self._file.flush()
 
     def _sync(self) -> None:

@@ -4,15 +4,18 @@ No port, no thread and no clock in here.
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+from dialect.numbers import FEED_DECIMALS
 from printer.busy_times import BusyTimes
 from printer.firmware_words import code_of
 from printer.in_flight import OTHER_MARK, Window
 from printer.marks import Marks
 from printer.protocol import HELLO, frame
+from printer.replay import drawn_back
 from printer.report import State
 from printer.resends import Resends
+from printer.safety import extrusion
 from printer.settings import Settings
 from printer.status import PrinterStatus
 
@@ -39,10 +42,14 @@ class Outgoing:
         self.settings, self.window = settings, Window(commands)
         self.state, self.message, self.paused = State.BOOT, "", False
         self.pending = deque(["M115", *before])  # lines of our own that go next
+        self.has_before = bool(before)
+        self.to_feed_mm = sum(map(extrusion, before))  # as the lines ahead of the program shall
         self.end, self.tail_given = len(commands), False
         self.resends = Resends(self.window, settings.window_lines)
         self.probe: int | None = None  # the number of the mark that was sent into a silence
         self.alone: int | None = None  # this line goes alone, until it is acknowledged
+        self.drawn_back_at: Callable[[int], float] = lambda done: drawn_back(commands, done)
+        self.unfed: set[int] = set()  # lines of our own that the printer was too cold to carry out
         self.heating = 0  # the last line that waits for a heater
         self.marks = Marks(self.window, settings.poll_s, now)
         self.busy_times, self.allowed_s = BusyTimes(self.window), 0.0
@@ -57,6 +64,24 @@ class Outgoing:
         data = bytes(self.output)
         self.output.clear()
         return data
+
+    @property
+    def ahead(self) -> str:
+        """The line ahead of the program that is under way; "" if there is none, or the program has begun."""
+        window = self.window
+        if not self.has_before or self.state is not State.RUN or window.acknowledged:
+            return ""
+        number = window.acked
+        if number < window.top:
+            return window.command(number) if window.is_own(number) else ""
+        return next(iter(tuple(self.pending)), "")
+
+    @property
+    def drawn_back_mm(self) -> float:
+        """How far our own lines have left the filament behind where the program has it: what those ahead of
+        the program had still to feed, and what those of a stop have drawn back."""
+        fed = sum(extrusion(line) for number, line in self.window.own_taken() if number not in self.unfed)
+        return round(self.to_feed_mm - fed, FEED_DECIMALS)
 
     def tick(self, now: float) -> None:
         """Take the time: due at `deadline`, harmless earlier."""

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Protocol, cast
+from urllib.parse import urlsplit
 
 import serial
 from platformdirs import user_state_path
 from serial.tools import list_ports
 
-from printer.errors import BusyError, PortError
+from printer.errors import BusyError, PortError, PortNameError
 
 READ_TIMEOUT_S = 0.1
 WRITE_TIMEOUT_S = 5.0
@@ -62,21 +63,56 @@ def open_port(url: str, baud: int) -> Port:
     """Open anything that pyserial opens: a device, ``socket://``, ``rfc2217://``, ``spy://``, ``marlin://``.
 
     Raises:
+        PortNameError: if the name can be that of no port.
+        OptionError: for an option of ``marlin://`` that does not exist, or a value that it cannot have.
         PortError: if there is no such port, it cannot be opened, or another program holds it.
     """
+    check_name(url)
+    is_device = "://" not in url or url.startswith("spy://")
     try:
         port = serial.serial_for_url(
             url, baudrate=baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S, do_not_open=True
         )
-        if "://" not in url or url.startswith("spy://"):
+        if is_device:
             port.exclusive = True
         port.open()
     except (serial.SerialException, OSError, ValueError) as error:
+        why = _reason(error)
+        if isinstance(error, ValueError):
+            raise PortNameError(f"{url}: is no port: {why}.") from error
         known = ", ".join(port.device for port in list_serial_ports()) or "none"
-        raise PortError(
-            f"{url}: cannot be opened: {str(error).rstrip('.')}. Serial ports of this machine: {known}."
-        ) from error
+        hint = f" Serial ports of this machine: {known}." if is_device else ""
+        raise PortError(f"{url}: cannot be opened: {why}.{hint}") from error
     return cast(Port, port)
+
+
+def check_name(url: str) -> None:
+    """Refuse what can be the name of no port, so far as that can be told without opening it.
+
+    Raises:
+        PortNameError, OptionError: as `open_port`.
+    """
+    if url.startswith("marlin://"):
+        from printer.urlhandler.protocol_marlin import printer_from_url
+
+        printer_from_url(url)
+    if url.startswith(("socket://", "rfc2217://")):
+        try:
+            parts = urlsplit(url)
+            complete = bool(parts.hostname and parts.port)
+        except ValueError:
+            complete = False
+        if not complete:
+            raise PortNameError(f"{url}: is no port: give it as {url.partition(':')[0]}://HOST:PORT.")
+
+
+def _reason(error: BaseException) -> str:
+    """Why a port cannot be opened, in the system's words alone: pyserial repeats the name around them."""
+    text = str(error)
+    if "exclusively lock" in text:
+        return "another program holds it"
+    system = re.findall(r"\[Errno (-?\d+)\] ([^:\[]+)", text)
+    return (system[-1][1] if system else text).strip().rstrip(".'\"")
 
 
 class Lock:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from dialect.commands import code_of
 from printer.commands import Program
 from printer.protocol import clean
 
@@ -19,6 +20,7 @@ OUTPUTS = {
     "M5": "spindle", "M126": "valve 1", "M127": "valve 1", "M128": "valve 2", "M129": "valve 2",
     "G10": "retraction", "G11": "retraction",
 }  # fmt: skip
+OPENING = frozenset({"M3", "M4", "M42", "M106", "M126", "M128", "M280"})
 SETTINGS = frozenset({"M302", "M220", "M221", "M203", "M204", "M205", "M201", "M92"})
 
 
@@ -107,6 +109,25 @@ def replay(program: Program, count: int) -> Replay:
     return state
 
 
+MODES = ("G20", "G21", "G90", "G91", "M82", "M83")
+LOOKED_BACK = 5000
+
+
+def drawn_back(commands: Sequence[str], count: int) -> float:
+    """Material in mm that the first ``count`` commands have drawn back and not fed again.
+
+    Only the last few thousand are replayed, and the modes before them: this is asked for while a user waits
+    for the printer to stop. Whoever goes without extruding for longer is taken to have drawn back nothing.
+    """
+    state, first = Replay(), max(0, count - LOOKED_BACK)
+    for command in commands[:first]:
+        if command.startswith(MODES):
+            state.apply(command)
+    for command in commands[first:count]:
+        state.apply(command)
+    return state.retracted_mm
+
+
 def highest(program: Program, count: int, axis: str, close_lines: Sequence[str] = ()) -> float | None:
     """The largest coordinate on ``axis`` in mm where one of the first ``count`` commands laid material.
 
@@ -127,3 +148,19 @@ def highest(program: Program, count: int, axis: str, close_lines: Sequence[str] 
                 if value is not None:
                     most = value if most is None else max(most, value)
     return most
+
+
+def lays_nothing(program: Program, count: int, close_lines: Sequence[str] = ()) -> bool:
+    """Whether the first ``count`` commands cannot lay material: they only prepare. In doubt they can: any
+    output but those that ``close_lines`` turn off may be a valve, and a move behind it prints."""
+    if program.toolpaths and count > program.toolpaths[0]:
+        return False
+    closed = {clean(line) for line in close_lines}
+    state, is_open = Replay(), False
+    for command in program.commands[:count]:
+        state.apply(command)
+        if state.extruding or (is_open and MOTION.match(command)):
+            return False
+        if code_of(command) in OPENING:
+            is_open = command not in closed
+    return True

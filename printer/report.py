@@ -31,7 +31,10 @@ FINAL = (State.FINISHED, State.STOPPED, State.KILLED, State.FAILED)
 @dataclass(frozen=True, slots=True)
 class Progress:
     """A snapshot for a display. ``acknowledged`` counts commands of the program, ``elapsed_s`` is in
-    seconds, ``temperatures`` in degrees Celsius; ``messages`` are those since the last snapshot."""
+    seconds, ``temperatures`` in degrees Celsius; ``messages`` are those since the last snapshot. ``ahead`` is
+    the line ahead of a resumed program that is under way: meanwhile the nozzle is anywhere but where the
+    program has it.
+    """
 
     state: State
     acknowledged: int
@@ -41,6 +44,7 @@ class Progress:
     paused: bool = False
     temperatures: dict[str, Reading] = field(default_factory=dict)
     messages: tuple[str, ...] = ()
+    ahead: str = ""
 
 
 @dataclass(frozen=True, slots=True)

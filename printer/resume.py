@@ -9,9 +9,11 @@ from dialect.commands import IMMEDIATE_OUTPUTS, code_of
 from dialect.numbers import FEED_DECIMALS, fixed
 from printer.commands import Program
 from printer.errors import JournalError, ResumeError
-from printer.journal import LINES_PER_SYNC, Entry
+from printer.journal import LINES_PER_SYNC
 from printer.protocol import clean
+from printer.records import Entry
 from printer.replay import MOTION, WAITING, Replay, highest, replay, words
+from printer.resume_words import way, where_it_goes_on
 from printer.safety import extrusion, feed, feed_of, lift, number
 from printer.settings import Safety
 
@@ -34,7 +36,8 @@ def check_unchanged(program: Program, entry: Entry) -> None:
     """Refuse a program that is not the one of the journal.
 
     Raises:
-        JournalError: with both hashes.
+        JournalError: with both hashes, or the job has finished.
+        ResumeError: if the job laid nothing.
     """
     if program.sha256 != entry.job.sha256:
         raise JournalError(
@@ -45,6 +48,11 @@ def check_unchanged(program: Program, entry: Entry) -> None:
     if entry.finished:
         raise JournalError(
             f"{program.name}: the job of this journal has finished: there is nothing to resume."
+        )
+    if entry.nothing_laid:
+        raise ResumeError(
+            f"{program.name}: its last job ({entry.ended} at line {entry.acknowledged_line}) had printed "
+            f"nothing yet, so there is nothing to go on with: 'vslice send {program.name}' begins anew."
         )
 
 
@@ -64,6 +72,8 @@ def start_of_work(program: Program, entry: Entry) -> int:
         while executed and moves < PLANNER_MOVES:
             executed -= 1
             moves += bool(MOTION.match(program.commands[executed]))
+        # What the job went back to when it was resumed was certain then, and is now.
+        executed = max(executed, min(acknowledged, program.index_of_line(entry.resumed_line)))
     if program.toolpaths:
         if acknowledged < program.toolpaths[0]:
             raise _nothing_printed(program)
@@ -76,7 +86,10 @@ def start_of_work(program: Program, entry: Entry) -> int:
 
 
 def _nothing_printed(program: Program) -> ResumeError:
-    return ResumeError(f"{program.name}: the job ended before its first toolpath: begin anew with --restart.")
+    return ResumeError(
+        f"{program.name}: the job ended before its first toolpath, so there is none to go on with: when the "
+        f"plate is clear, 'vslice send {program.name} --restart' begins anew."
+    )
 
 
 def plan_resume(
@@ -103,7 +116,9 @@ def plan_resume(
     start = start_of_work(program, entry)
     acknowledged = program.index_of_line(entry.acknowledged_line)
     # The journal is written at a bounded rate: the print may be some lines further than it says.
-    furthest = min(len(program), acknowledged + LINES_PER_SYNC + QUEUED_LINES)
+    # A job that went back has printed what lies ahead of it already.
+    furthest = program.index_of_line(entry.furthest_line) + LINES_PER_SYNC + QUEUED_LINES
+    furthest = min(len(program), furthest)
     state, later = replay(program, start), replay(program, furthest)
     axis = safety.build_axis
     if state.shifts != later.shifts:
@@ -116,7 +131,12 @@ def plan_resume(
         raise ResumeError(
             f"{program.name}: the height ({axis}) at which to go on is unknown: no move sets it."
         )
-    doubt = "The printer was reset" if rebooted else _doubt(program, start, furthest, reported, axis)
+    if rebooted:
+        doubt: str | None = "The printer was reset"
+    elif entry.lost:
+        doubt = "The job was interrupted before the printer had found its position again"
+    else:
+        doubt = _doubt(program, start, furthest, reported, axis)
     if height_mm is not None and not doubt:
         raise ResumeError(
             f"the printer was not reset, and {_where(reported, axis)}: leave --height "
@@ -139,7 +159,8 @@ def plan_resume(
         *_approach(state, target, safety, max(0.0, primed)),
     ]
     commands = tuple(command for line in before if (command := clean(line)))
-    return ResumePlan(start, commands, _words(program, entry, start, target, axis, safe, doubt))
+    text = (*where_it_goes_on(program, entry, start), *way(target, axis, safe, doubt))
+    return ResumePlan(start, commands, text)
 
 
 def _doubt(
@@ -211,7 +232,9 @@ def _find_position(
 def _to_prime(program: Program, acknowledged: int, entry: Entry, state: Replay, safety: Safety) -> float:
     """Material in mm to feed (or draw back, if negative), so that the nozzle is as the program left it."""
     drawn_back = replay(program, acknowledged).retracted_mm
-    if entry.ended == "stopped":
+    if entry.drawn_back_mm is not None:
+        drawn_back += entry.drawn_back_mm
+    elif entry.ended == "stopped":  # a journal that does not say
         drawn_back -= sum(extrusion(line) for line in safety.close_lines)
     return drawn_back - state.retracted_mm
 
@@ -252,24 +275,3 @@ def _recovered(state: Replay, safety: Safety) -> list[str]:
     drawn_back = any(re.match(r"G10(?!\d)", clean(line)) for line in safety.close_lines)
     spoken_of = any(place.startswith("retraction") for place in state.outputs)
     return ["G11"] if drawn_back and not spoken_of else []
-
-
-def _words(
-    program: Program,
-    entry: Entry,
-    start: int,
-    target: dict[str, float],
-    axis: str,
-    safe: float,
-    doubt: str | None,
-) -> tuple[str, ...]:
-    line = program.lines[start] if start < len(program) else program.acknowledged_line(start)
-    place = ", ".join(f"{a} {number(v)}" for a, v in target.items())
-    toolpath = bisect_right(program.toolpaths, start) - 1
-    what = f"toolpath {toolpath} begins" if program.toolpaths else "the last travel move begins"
-    return (
-        f"{program.name}: acknowledged up to line {entry.acknowledged_line}, job {entry.ended or 'cut off'}.",
-        f"Going back to line {line}, where {what} that was under way; what it printed is printed again.",
-        *([f"{doubt}: it homes first, as the profile says."] if doubt else []),
-        f"The nozzle rises to {axis} {number(safe)}, crosses over the print, and comes down at {place} (mm).",
-    )

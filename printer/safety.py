@@ -1,6 +1,8 @@
 """How the nozzle leaves a standing print."""
 
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 
 from dialect.numbers import FEED_DECIMALS, POSITION_DECIMALS, plain
 from printer.protocol import clean
@@ -37,11 +39,38 @@ def lift(safety: Safety) -> list[str]:
     return ["G91", f"G0 {safety.build_axis}{number(safety.lift_mm)} {feed(safety.lift_speed_mm_s)}", "G90"]
 
 
-def leave(safety: Safety) -> list[str]:
-    """The lines of a controlled stop, after the queue has ended.
+def closing(close_lines: Sequence[str], drawn_back_mm: float = 0.0) -> list[str]:
+    """The lines that stop the material where ``drawn_back_mm`` of it are drawn back already, by the program
+    or by an earlier stop: only what is missing is drawn back, for too much of it brings air into a nozzle."""
+    lines = []
+    for line in map(clean, close_lines):
+        drawn_mm = -extrusion(line)
+        if drawn_mm > 0:
+            already = min(drawn_mm, drawn_back_mm)
+            drawn_back_mm -= already
+            if already:
+                word = feed_of(already - drawn_mm)
+                line = re.sub(r"E\s*[-+.\d]+", word, line, count=1) if word else ""
+        if line:
+            lines.append(line)
+    return lines
+
+
+def left(safety: Safety, drawn_back_mm: float | None) -> list[str]:
+    """What a controlled stop did, where it drew back so much in all; None if that is unknown."""
+    if drawn_back_mm is None:
+        return leave(safety)
+    lines = [line for line in safety.close_lines if not extrusion(line)]
+    word = feed_of(-drawn_back_mm)
+    drawn = [f"G1 {word} {feed(safety.retract_speed_mm_s)}"] if word else []
+    return leave(replace(safety, close_lines=(*drawn, *lines)))
+
+
+def leave(safety: Safety, drawn_back_mm: float = 0.0) -> list[str]:
+    """The lines of a controlled stop, after the queue has ended; ``drawn_back_mm`` as for `closing`.
 
     Lengths are in mm here, whatever the program's are in. Material stops first, for a nozzle that is lifted
     while it flows draws a thread; heaters come last.
     """
-    lines = ["G21", "M83", *safety.close_lines, *lift(safety), *safety.stop_lines]
+    lines = ["G21", "M83", *closing(safety.close_lines, drawn_back_mm), *lift(safety), *safety.stop_lines]
     return [command for line in lines if (command := clean(line))]

@@ -8,7 +8,7 @@ right again, and the last one proves that all has arrived.
 from collections import deque
 from collections.abc import Iterable
 
-from printer.firmware_words import NO_SENSOR
+from printer.firmware_words import NO_SENSOR, PREVENTED, code_of
 from printer.in_flight import OTHER_MARK
 from printer.outgoing import RECOVERY_S, Outgoing
 from printer.protocol import (
@@ -28,7 +28,7 @@ from printer.protocol import (
 from printer.refusals import refusal
 from printer.report import State
 from printer.resends import REPEATS, Verdict
-from printer.safety import leave
+from printer.safety import extrusion, leave
 
 MOST_PROBES = 2  # while a heater is waited for: lines behind it fill the command slots
 
@@ -180,10 +180,22 @@ class Sender(Outgoing):
         found = refusal(text, self.window)
         if found is None:
             return False
+        if self.state is State.STOP and PREVENTED.search(text) and self._stop_was_cold():
+            return True
         self.printer_status.refuse(text)
         if found.fatal and self.state is not State.STOP:
             self._fail(found.what, found.advice)
         return True
+
+    def _stop_was_cold(self) -> bool:
+        """Whether the material that was not moved is what this stop draws back. Behind a cold nozzle nothing
+        flows, so nothing is amiss; but it is not drawn back either."""
+        window = self.window
+        in_flight = range(window.acked, window.sent)
+        own = [n for n in in_flight if window.is_own(n) and n not in self.unfed]
+        cold = [n for n in own if extrusion(line := window.command(n)) or code_of(line) == "G10"]
+        self.unfed.update(cold[:1])
+        return bool(cold)
 
     def _obey(self, name: str, now: float) -> None:
         """Host actions; any other is only shown."""
@@ -202,12 +214,20 @@ class Sender(Outgoing):
         """A controlled stop: no more of the program; let the queue end, then leave the print safely."""
         if self.state is State.RUN:
             self.state, self.end = State.STOP, self.window.assigned
-            self.pending, self.tail_given = deque(["M400", *leave(self.settings.safety)]), False
+            drawn_back_mm = self._drawn_back_mm()
+            self.pending = deque(["M400", *leave(self.settings.safety, drawn_back_mm)])
+            self.tail_given = False
             self.output += b"M108\n"  # ends a wait for a heater or a user; its ok acknowledges nothing else
             self.resends.swallow = True
             self._fill(now)
         elif self.state in (State.BOOT, State.HELLO):
             self._end(State.STOPPED, "stopped before the first line")
+
+    def _drawn_back_mm(self) -> float:
+        """Material that will be drawn back when all that has a number is carried out: by the program, or by
+        an earlier stop that the lines ahead of the program do not get to make good."""
+        owed_mm = sum(map(extrusion, self.pending))
+        return max(0.0, self.drawn_back_at(self.window.assigned) + owed_mm)
 
     def abort(self, now: float) -> None:
         """M112, at once and without a number; nothing else follows."""

@@ -6,7 +6,7 @@ from itertools import pairwise
 from pump import Bench
 
 from printer import Safety, State, make_program
-from printer.journal import Entry, JobRecord
+from printer.records import Entry, JobRecord
 
 SAFETY = Safety(
     lift_mm=5,

@@ -81,7 +81,7 @@ def test_at_the_end_the_nozzle_parks_above_the_print():
 
 def test_a_resumed_job_never_fills_the_nozzle_again():
     from printer import make_program
-    from printer.journal import Entry, JobRecord
+    from printer.records import Entry, JobRecord
     from printer.resume import start_of_work
 
     _, _, text = sliced()

@@ -8,15 +8,13 @@ from hypothesis import strategies as st
 from printer import BusyError, JournalError, Settings, StreamError, make_program, stream
 from printer.job import Job
 from printer.journal import (
-    Entry,
-    JobRecord,
     Journal,
     journal_path,
     read_journal,
     unfinished,
-    whole_records,
 )
 from printer.ports import open_port
+from printer.records import Entry, JobRecord, whole_records
 
 JOB = JobRecord("/somewhere/part.gcode", "ab" * 32, "/dev/ttyUSB0", "marlin-generic")
 PROGRAM = make_program(["G91", *[f"G1 X{k % 3 - 1} F6000" for k in range(3000)]])
@@ -62,6 +60,27 @@ def test_how_a_job_ended(path, ended):
     assert (unfinished(path) is None) == (ended == "finished")
 
 
+def test_a_job_that_was_resumed_counts_from_where_it_went_on(path):
+    """Its height is that of the line that was reached before, and its filament as far as the lead-in came."""
+    written(path, 100, 900, ended="stopped")
+
+    def go_on(*lines, drawn_back_mm=None):
+        journal = Journal(path)
+        journal.reopen("/dev/ttyUSB0")
+        journal.ready(850, 1.0, homes=True)
+        for line in lines:
+            journal.acknowledge(line)
+        if drawn_back_mm is not None:
+            journal.close_job(max(lines, default=850), "stopped", drawn_back_mm=drawn_back_mm)
+        journal.close()
+        return read_journal(path)
+
+    assert go_on() == Entry(JOB, 850, "", 850, 900, 1.0, lost=True)
+    assert go_on(drawn_back_mm=0.5) == Entry(JOB, 850, "stopped", 850, 900, 0.5, lost=True)
+    assert go_on(870) == Entry(JOB, 870, "", 850, 900)
+    assert go_on(870, 910, drawn_back_mm=0.3) == Entry(JOB, 910, "stopped", 850, 910, 0.3)
+
+
 def test_cut_off_at_every_byte(path):
     data = written(path, 10, 20, 30)
     ends = [k + 1 for k, byte in enumerate(data) if byte == 10]
@@ -92,13 +111,13 @@ def test_any_bytes_are_a_journal_or_none(data):
 @search(deadline=None)
 @given(st.data())
 def test_a_damaged_byte_loses_its_record_alone(data):
-    from printer.journal import _encode
+    from printer.records import encode
 
     records = [{"line": k} for k in range(5)]
-    whole = bytearray(b"".join(map(_encode, records)))
+    whole = bytearray(b"".join(map(encode, records)))
     place = data.draw(st.integers(0, len(whole) - 1))
     whole[place] ^= data.draw(st.integers(1, 255))
-    size = len(_encode(records[0]))
+    size = len(encode(records[0]))
     hit = place // size
     lost = {hit, hit + 1} if whole[(hit + 1) * size - 1] != 10 else {hit}
     assert whole_records(bytes(whole))[0] == [record for k, record in enumerate(records) if k not in lost]
@@ -176,7 +195,7 @@ def test_a_streamed_job_is_journaled_to_its_end(path):
     journal.begin(JOB)
     stream(PROGRAM, "marlin://?clock=fast", Settings(boot_wait_s=0.1), journal=journal)
     journal.close()
-    assert read_journal(path) == Entry(JOB, 3001, "finished")
+    assert read_journal(path) == Entry(JOB, 3001, "finished", drawn_back_mm=0.0)
 
 
 def test_a_failed_job_leaves_a_journal_of_what_was_acknowledged(path):
@@ -185,7 +204,9 @@ def test_a_failed_job_leaves_a_journal_of_what_was_acknowledged(path):
     with pytest.raises(StreamError) as caught:
         Job(PROGRAM, open_port("marlin://?clock=fast&fault=kill@2000", 9600), journal=journal).run()
     journal.close()
-    assert read_journal(path) == Entry(JOB, caught.value.report.acknowledged, "failed")
+    assert read_journal(path) == Entry(
+        JOB, caught.value.report.acknowledged, "failed", drawn_back_mm=0.0, nothing_laid=True
+    )
     assert 1950 < caught.value.report.acknowledged < 2000
 
 

@@ -7,11 +7,14 @@ import pytest
 from pump import Bench
 from sheet import SAFETY, assert_same_print, entry, printed, sheet
 
-from printer import JournalError, ResumeError, Settings, State, make_program
+from printer import Job, Journal, JournalError, ResumeError, Settings, State, StreamError, make_program
 from printer.emulator.build import Options
 from printer.emulator.faults import Faults
 from printer.emulator.firmware import Firmware
-from printer.replay import highest, replay
+from printer.journal import read_journal, unfinished
+from printer.ports import open_port
+from printer.records import JobRecord
+from printer.replay import drawn_back, highest, replay
 from printer.resume import plan_resume, start_of_work
 from printer.safety import extrusion, feed_of, leave, number
 
@@ -266,3 +269,136 @@ def test_an_output_that_acts_at_once_is_restored_when_the_nozzle_has_arrived(val
     plan = plan_resume(program, entry(program, 9, "stopped"), SAFETY, rebooted=False)
     place = plan.before.index(valve)
     assert (plan.before[place - 1] == "M400") is waits
+
+
+def drawn_back_of(firmware):
+    """How far the filament is drawn back behind where it last flowed, and the most that it ever was."""
+    drawn = most = 0.0
+    for move in firmware.path.moves:
+        drawn = max(0.0, drawn - move.e)
+        most = max(most, drawn)
+    return drawn, most
+
+
+def stopped(program, bench, start=0, earlier=None):
+    """Stop in a controlled way; what the journal says then."""
+    bench.sender.drawn_back_at = lambda done: drawn_back(program.commands, start + done)
+    bench.sender.cancel(bench.firmware.now)
+    assert bench.run() is State.STOPPED
+    line = program.acknowledged_line(start + bench.sender.window.acknowledged)
+    furthest = 0 if earlier is None else earlier.furthest_line
+    return replace(
+        entry(program, line, "stopped"), furthest_line=furthest, drawn_back_mm=bench.sender.drawn_back_mm
+    )
+
+
+@pytest.mark.parametrize("inside", [0, 2, 3, 5, 6])
+@pytest.mark.parametrize("ahead", range(0, 26, 3))
+def test_each_stop_on_the_way_back_leaves_the_filament_where_one_stop_does(inside, ahead):
+    """Drawn back by the program, by the stop, by the stop of the resumed job: once in all, and primed once."""
+    program = sheet()
+    bench = Bench(program.commands, Settings(safety=SAFETY))
+    bench.run(until=lambda: bench.sender.window.acknowledged >= program.toolpaths[20] + inside)
+    job = stopped(program, bench)
+    for _ in range(2):
+        plan = plan_resume(program, job, SAFETY, rebooted=False)
+        rest = program.commands[plan.start_at :]
+        bench = Bench(rest, Settings(safety=SAFETY), firmware=bench.firmware, before=plan.before)
+        sender = bench.sender
+        bench.run(until=lambda: sender.window.acked > ahead or sender.window.assigned > 0)  # noqa: B023
+        job = stopped(program, bench, plan.start_at, job)
+        assert drawn_back_of(bench.firmware) == (pytest.approx(1), pytest.approx(1))
+    plan = plan_resume(program, job, SAFETY, rebooted=False)
+    assert max(float(line[4:].split()[0]) for line in plan.before if line.startswith("G0 Z")) >= 0.8 + 5
+    Bench([], Settings(safety=SAFETY), firmware=bench.firmware, before=plan.before).run()
+    wanted = replay(program, plan.start_at).retracted_mm
+    assert drawn_back_of(bench.firmware)[0] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("already", [0.0, 0.3, 1.0, 2.0])
+def test_a_stop_draws_back_only_what_is_missing(already):
+    lines = leave(SAFETY, already)
+    assert sum(map(extrusion, lines)) == pytest.approx(-max(0.0, 1 - already))
+    assert "M42 P4 S0" in lines
+
+
+def test_a_printer_that_was_still_looking_for_its_position_does_not_know_it():
+    """Wherever it says it stands: it had been lifted from a place that it did not know."""
+    job = replace(entry(sheet(), 200, "stopped"), lost=True)
+    stands = dict(replay(sheet(), sheet().index_of_line(200)).position)
+    with pytest.raises(ResumeError, match="--height"):
+        plan_resume(sheet(), job, SAFETY, rebooted=False, reported=stands)
+    assert "G28 X Y" in plan_resume(sheet(), job, SAFETY, rebooted=False, reported=stands, height_mm=2).before
+
+
+def test_going_back_again_does_not_forget_how_high_the_print_is_nor_go_further_back():
+    program = sheet(250)
+    start = program.acknowledged_line(program.toolpaths[3])
+    high = program.lines[program.toolpaths[240]]
+    again = replace(entry(program, start), resumed_line=start, furthest_line=high)
+    plan = plan_resume(program, again, SAFETY, rebooted=False)
+    assert plan.start_at == program.toolpaths[3]
+    top = highest(program, len(program), "Z")
+    assert f"G0 Z{number(top + SAFETY.lift_mm)} F600" in plan.before
+
+
+def test_it_says_truly_what_is_printed_again():
+    program = sheet()
+    starts = program.toolpaths
+
+    def words(index, ended, **more):
+        job = replace(entry(program, program.acknowledged_line(index), ended), **more)
+        return plan_resume(program, job, SAFETY, rebooted=False).text
+
+    first = program.lines[starts[30]]
+    assert words(starts[30], "stopped")[1] == (
+        f"Going on at line {first}, where toolpath 30 begins; nothing is printed twice."
+    )
+    assert (
+        f"back to line {first}, where toolpath 30 begins that was under way"
+        in words(starts[30] + 2, "stopped")[1]
+    )
+    assert "toolpath 27 begins: it and what follows may not have been" in words(starts[30] + 3, "failed")[1]
+    again = words(starts[30], "stopped", furthest_line=first + 4, resumed_line=first - 1)
+    assert f"up to line {first + 4}, job stopped again after it had gone back to line {first}" in again[0]
+    assert "Going on at line" in again[1]
+
+
+def test_what_cannot_lay_material_is_journaled_as_nothing(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    for before, nothing in (
+        ([], True),
+        (["M83", "M302 P1", "G1 X9 E1"], False),
+        (["M42 P4 S255", "G1 X9"], False),
+    ):
+        program = make_program(["G21", *before, "M109 S200", "G4 P1", ";TOOLPATH 0", "G0 X1", "G1 X2 E1"])
+        journal = Journal(tmp_path / "journal")
+        journal.begin(JobRecord("part.gcode", program.sha256, "marlin://", ""))
+        port = open_port(f"marlin://?clock=fast&fault=kill@{len(before) + 4}", 9600)
+        with pytest.raises(StreamError):
+            Job(
+                program, port, Settings(boot_wait_s=0.1, window_lines=1, safety=SAFETY), journal=journal
+            ).run()
+        journal.close()
+        assert read_journal(tmp_path / "journal").nothing_laid == nothing
+        assert (unfinished(tmp_path / "journal") is None) == nothing
+
+
+def test_the_line_ahead_that_is_under_way_is_told_until_the_program_begins():
+    bench = Bench(["G91", "G0 X1", "G0 X1"], before=("G91", "G28 X Y", "M400", "G90"))
+    told = []
+
+    def looked():
+        if bench.sender.state is State.RUN:
+            told.append((bench.sender.ahead, bench.sender.window.acknowledged))
+        return False
+
+    bench.run(until=looked)
+    ahead = list(dict.fromkeys(line for line, _ in told))
+    assert ahead[0] == "M115"
+    assert [line for line in ahead if line[:4] != "M105"] == ["M115", "G91", "G28 X Y", "M400", "G90", ""]
+    assert ahead[-1] == ""
+    assert not any(line for line, done in told if done)
+    fresh = Bench(["G0 X1"])
+    fresh.run(until=lambda: told.append(fresh.sender.ahead))
+    assert told[-1] == ""

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import pytest
+from pump import Bench
 
 from printer.busy_times import durations
 from printer.in_flight import Window
@@ -627,3 +628,15 @@ def test_an_answer_that_was_lost_is_forgotten_after_a_while():
     window.take(fresh - 1)
     window.prove_answered(now=91.0)
     assert window.proved == fresh + 1
+
+
+def test_a_stop_of_a_cold_nozzle_draws_nothing_back_and_nothing_is_amiss():
+    """The printer refuses it, as nothing can flow: that is no command of the program that was not done."""
+    safety = Safety(close_lines=("G1 E-1 F600", "G1 E-0.5 F600", "M42 P4 S0"))
+    bench = Bench(["G91"] + ["G0 X1", "G0 X-1"] * 50, Settings(safety=safety))
+    bench.run(until=lambda: bench.sender.window.acknowledged >= 20)
+    bench.sender.cancel(bench.firmware.now)
+    assert bench.run() is State.STOPPED
+    status = bench.sender.printer_status
+    assert (status.refused, status.warnings, bench.sender.drawn_back_mm) == ([], [], 0)
+    assert "M42 P4 S0" in bench.firmware.machine.outputs

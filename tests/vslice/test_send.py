@@ -161,7 +161,7 @@ def test_a_program_that_the_check_refuses_is_not_sent(run, part):
         (["send"], 2, "Which program?"),
         (["send", "missing.gcode", "--port", "marlin://"], 2, "missing.gcode"),
         (["send", "part.gcode", "--port", "/dev/no-such-port", "--no-check"], 1, "cannot be opened"),
-        (["send", "part.gcode", "--port", "marlin://?corrpt=1", "--no-check"], 1, "corrpt"),
+        (["send", "part.gcode", "--port", "marlin://?corrpt=1", "--no-check"], 2, "corrpt"),
         (["send", "part.gcode", "--no-check", "-p", "no-such"], 2, "no-such"),
         (["send", "part.gcode", "--resume"], 2, "there is no journal"),
         (["send", "--resume"], 2, "Interrupted jobs in this folder: none"),
@@ -172,6 +172,28 @@ def test_a_program_that_the_check_refuses_is_not_sent(run, part):
 def test_wrong_use(run, part, words, code, complaint):
     ended, _, err = run(*words)
     assert (ended, complaint in err) == (code, True), err
+
+
+@pytest.mark.parametrize("port", ["marlin://?corrupt=2", "marlin://?slots=0", "socket://here", "fire://x"])
+@pytest.mark.parametrize("command", ["send", "console", "slice"])
+def test_a_port_that_can_be_none_is_wrong_use(run, part, command, port):
+    words = {
+        "send": ["send", part, "--no-check"],
+        "console": ["console"],
+        "slice": ["slice", EXAMPLE, "-o", "new.gcode", "--method", "greedy", "--send"],
+    }
+    code, _, err = run(*words[command], "--port", port)
+    told = [line for line in err.splitlines() if line.startswith("Error: ")]
+    assert (code, len(told), "Serial ports" in err) == (2, 1, False), err
+    assert err.splitlines()[-1] == told[0]
+    assert not list(part.parent.glob("*.vslice-journal"))
+
+
+def test_an_error_names_the_port_once(run, part):
+    code, _, err = run("send", part, "--no-check", "--port", "/dev/ttyNOPE")
+    assert (code, err.count("ttyNOPE"), "Serial ports of this machine" in err) == (1, 1, True), err
+    code, _, err = run("send", part, "--no-check", "--port", "socket://127.0.0.1:9")
+    assert (code, err.count("127.0.0.1"), "Serial ports" in err) == (1, 1, False), err
 
 
 def test_a_line_that_marlin_cannot_take_is_named(run, part):
@@ -214,10 +236,16 @@ def test_resuming_asks_first(run, part, monkeypatch):
         path = journal_path(part)
         path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
         before = printer.firmware.path.count
+        unanswered = printer.firmware.lines
+        code, _, err = run("send", "--resume", part, *QUICK)
+        assert (code, "give --yes" in err) == (2, True), err
+        assert printer.firmware.lines == unanswered
+        monkeypatch.setattr("vslice.terminal.resuming.on_terminal", lambda: True)
         monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
         code, _, err = run("send", "--resume", part, *QUICK)
     assert code == 130, err
     assert "The nozzle will move" in err
+    assert "Nothing was moved" in err
     assert printer.firmware.path.count == before
 
 
@@ -267,6 +295,103 @@ def test_ctrl_c(part, tmp_path, signals, state):
             moves = printer.firmware.path.moves
             assert moves[-1].z == pytest.approx(moves[-3].z + 10)
     assert read_journal(journal_path(part)).ended == state
+
+
+@contextmanager
+def sending(printer, tmp_path, *words):
+    """``vslice send`` in a process of its own, for signals."""
+    sender = subprocess.Popen(
+        [sys.executable, "-c", "from vslice.cli import main; main()", "send", *map(str, words)],
+        cwd=ROOT,
+        env={**os.environ, "XDG_STATE_HOME": str(tmp_path / "state")},
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield sender
+    finally:
+        sender.kill()
+        sender.wait()
+
+
+def interrupt(*_, **__):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("moment", ["printer.ports.open_port", "printer.job.Job.run", "click.confirm"])
+def test_an_interruption_before_the_way_back_says_that_nothing_moved(run, part, broken, monkeypatch, moment):
+    before = broken.read_bytes()
+    words = ["send", part, "--resume", "--port", "marlin://?clock=fast", "--height", "3", *QUICK]
+    if moment == "click.confirm":
+        monkeypatch.setattr("vslice.terminal.resuming.on_terminal", lambda: True)
+        monkeypatch.setattr(moment, interrupt)
+    else:
+        monkeypatch.setattr(moment, interrupt)
+        words.append("--yes")
+    code, _, err = run(*words)
+    assert (code, "Nothing was moved, and the journal is as it was" in err) == (130, True), err
+    assert broken.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("moment", "words", "told"),
+    [
+        ("printer.job.Job.run", ["--dry-run", "--no-check"], "there is nothing to resume"),
+        ("printer.job.Job.run", ["--dry-run", "--resume"], "the journal is as it was"),
+        ("gcode.check.check_file", ["--restart", "--port", "marlin://"], "Nothing was sent"),
+        ("vslice.machine.read_profile", ["--restart", "--port", "marlin://"], "Nothing was sent"),
+    ],
+)
+def test_an_interruption_before_anything_is_sent_says_so(run, part, broken, monkeypatch, moment, words, told):
+    monkeypatch.setattr(moment, interrupt)
+    code, _, err = run("send", part, *words)
+    assert (code, err.count(told)) == (130, 1), err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
+@pytest.mark.parametrize("moment", ["boot", "heating"])
+def test_a_job_that_was_stopped_before_it_printed_begins_anew_unasked(run, part, tmp_path, moment):
+    part.write_text("\n".join(["G1 Z15 F6000", "M109 S200", *PROGRAM]))
+    with emulated(fast=False) as printer:
+        quick = ("--set", "printer.boot_wait_s=60") if moment == "boot" else QUICK
+        with sending(printer, tmp_path, part, "--port", printer.path, "--no-check", *quick) as sender:
+            wait_until(lambda: journal_path(part).exists() and b"\n" in journal_path(part).read_bytes())
+            if moment == "heating":
+                wait_until(lambda: printer.firmware.machine.hotend.target == 200)
+            time.sleep(0.5)
+            sender.send_signal(signal.SIGINT)
+            _, err = sender.communicate(timeout=60)
+    assert sender.returncode == 130, err
+    assert "Nothing was printed: 'vslice send part.gcode' begins anew" in err
+    assert "--resume" not in err
+    assert "not carried out" not in err  # the nozzle was cold
+    for words in (["--resume"], ["--resume", "--dry-run"]):
+        code, out, err = run("send", part, *words)
+        assert (code, "had printed nothing yet" in err, out) == (1, True, ""), err
+        assert "'vslice send part.gcode' begins anew" in err
+    code, _, err = run("send", part, "--port", "marlin://?clock=fast", "--no-check", *QUICK)
+    assert code == 0, err
+    assert not list(tmp_path.glob("*.1"))
+
+
+def test_a_job_that_ended_before_its_first_toolpath_is_offered_to_begin_anew_alone(run, part, monkeypatch):
+    """A line beside the sheet, for the nozzle: it stands there, but no toolpath can be gone on with."""
+    line = ["G0 X0 Z0.2 F6000", *[f"G1 X{k} E0.05 F600" for k in range(60)]]
+    part.write_text("\n".join([*PROGRAM[:4], *line, *PROGRAM[4:]]))
+    port = ("--port", "marlin://?clock=fast&fault=disconnect@40", "--no-check", *QUICK)
+    code, _, err = run("send", part, *port)
+    assert (code, "--resume" in err) == (1, False), err
+    assert "'vslice send part.gcode --restart' begins anew" in err
+    for words in (["--resume", "--dry-run"], ["--resume", "--yes", "--port", "marlin://"]):
+        code, _, err = run("send", part, *words)
+        assert (code, "before its first toolpath" in err) == (1, True), err
+    code, _, err = run("send", part, *ANEW)
+    assert (code, "--resume" in err, "--restart" in err) == (2, False, True), err
+    monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("sys.stdin", io.StringIO("restart\n"))
+    code, _, err = run("send", part, *ANEW)
+    assert (code, "(restart, stop)" in err) == (0, True), err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals of POSIX")
@@ -336,6 +461,41 @@ def test_the_console_shows_replies(run, monkeypatch):
     assert 'echo:Unknown command: "FOO"' in out
 
 
+@pytest.mark.parametrize("clock", ["fast", "real"])
+def test_the_console_waits_for_all_answers(run, monkeypatch, clock):
+    """Longer than half a second, and more commands than a printer has slots and bytes for."""
+    wordy = [f"M117 {k} {'x' * 60}" for k in range(20)]
+    monkeypatch.setattr(
+        "sys.stdin", io.StringIO("\n".join(["M105", "G28", *wordy, "G4 P700", "M114"]) + "\n")
+    )
+    code, out, err = run("console", "--port", f"marlin://?homing_s=3&clock={clock}")
+    assert (code, err) == (0, "")
+    assert len(re.findall(r"^ok", out, re.MULTILINE)) == 24
+    assert out.count("Count X:") == 2
+
+
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [
+        (["G4 P3000", "M114"], ["Not answered: G4 P3000, M114"]),
+        (["G4 P3000"] * 9, ["Not sent, nor what follows: G4 P3000", "Not answered: G4 P3000, G4 P3000"]),
+        (["M112", "M114"], ["Not"]),
+    ],
+)
+def test_the_console_says_what_was_not_answered(run, monkeypatch, typed, told):
+    """By a printer that says nothing while it is busy, or has halted."""
+    monkeypatch.setattr("vslice.terminal.conversation.SILENCE_S", 0.5)
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(["M105", *typed]) + "\n"))
+    code, out, err = run("console", "--port", "marlin://?odd=silent")
+    assert (code, [words for words in told if words not in err], out.count("ok T:")) == (1, [], 1), err
+
+
+def test_the_console_waits_for_no_answer_where_none_comes(run, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("M105\nM112\n"))
+    code, out, err = run("console", "--port", "marlin://")
+    assert (code, err, "kill() called" in out) == (0, "", True)
+
+
 def test_a_profile_becomes_settings():
     settings = settings_of(
         profiles.load("marlin-pneumatic", ["printer.window_lines=2", "motion.travel_speed_mm_s=7.0"])
@@ -387,6 +547,7 @@ def test_restart_begins_anew_and_keeps_the_old_journal(run, part, broken):
 @pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("restart", 0), ("resume", 2)])
 def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer, code):
     monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
+    monkeypatch.setattr("vslice.terminal.resuming.on_terminal", lambda: True)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer + "\n"))
     before = broken.read_bytes()
     ended, _, err = run("send", part, *ANEW)

@@ -18,7 +18,9 @@ from vslice.terminal.session import common, say
 def command(port: str, baud: int) -> None:
     """Type commands to a printer and see its replies; end with Ctrl-D.
 
-    Commands go as they are typed, in upper case and without line numbers. The history is kept.
+    At the end of the input it waits for the answers that are outstanding, as long as the printer says that it
+    is busy; a command without an answer makes the exit code 1. Commands go as they are typed, in upper case
+    and without line numbers. The history is kept.
     """
     import serial
 
@@ -26,9 +28,13 @@ def command(port: str, baud: int) -> None:
     from printer.job import END_OF_LINE
     from printer.ports import open_port, port_lock
     from printer.protocol import MAX_LINE, clean, unescaped
+    from vslice.terminal.conversation import Conversation
 
     with port_lock(port), closing(open_port(port, baud)) as line:
-        closed, broken = threading.Event(), threading.Event()
+        closed, broken, talk = threading.Event(), threading.Event(), Conversation()
+        unanswered: list[str] = []
+        not_sent = False
+        piped = not sys.stdin.isatty()
 
         def listen() -> None:
             rest = b""
@@ -39,10 +45,12 @@ def command(port: str, baud: int) -> None:
                     if not closed.is_set():
                         say(f"The connection broke: {error}")
                         broken.set()
+                    talk.end()
                     return
                 *lines, rest = END_OF_LINE.split(rest + data)
                 for reply in lines:
                     click.echo(reply.decode(errors="replace"))
+                    talk.heard(reply)
 
         listener = threading.Thread(target=listen, name="replies", daemon=True)
         listener.start()
@@ -63,13 +71,22 @@ def command(port: str, baud: int) -> None:
                         f"Not sent: more than {MAX_LINE} bytes, or a control character: {command_text[:40]!a}"
                     )
                     continue
+                # Nobody who types is as fast as a file, which overruns a printer.
+                if piped and (talk.wait(room_for=command_text) or talk.ended):
+                    say(f"Not sent, nor what follows: {command_text}")
+                    not_sent = True
+                    break
+                talk.sent(command_text)
                 line.write(data + b"\n")
+            unanswered = talk.wait()
         finally:
-            # What the last command makes the printer say still comes, if it comes soon.
+            # What the printer says behind its last ok still comes, if it comes soon.
             listener.join(timeout=0.5)
             closed.set()
             listener.join(timeout=2)
-    if broken.is_set():
+    if unanswered:
+        say(f"Not answered: {', '.join(unanswered)}")
+    if broken.is_set() or unanswered or not_sent:
         click.get_current_context().exit(1)
 
 

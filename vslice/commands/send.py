@@ -1,8 +1,7 @@
 """``vslice send``: stream a program to a printer, for real or dry, or go on with an interrupted job."""
 
 import sys
-from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,9 @@ import click
 from vslice.options import Number, baud_rate, program_profile_option, set_option
 from vslice.terminal.dry_running import show_dry_run
 from vslice.terminal.interrupted import ask, ask_of_port
-from vslice.terminal.progress import Display
-from vslice.terminal.session import common
-from vslice.terminal.streaming import resume_offered, run, stream_program, times_of, told
+from vslice.terminal.resuming import interrupted_job, resume_program
+from vslice.terminal.session import common, said_if_interrupted
+from vslice.terminal.streaming import stream_program
 
 if TYPE_CHECKING:
     from printer import Settings
@@ -97,14 +96,15 @@ def command(
     if program_file is not None:
         _refuse_stream(program_file)
     if resume:
-        entry = _interrupted(program_file)
+        entry = interrupted_job(program_file)
         program_file, port = entry.program_file, port or entry.port
         profile_name = profile_name or entry.profile or None  # else the program carries it
     if program_file is None:
         raise click.UsageError(
             "Which program? Give PART.gcode, or --resume to go on with an interrupted job."
         )
-    _, profile = read_profile(program_file, profile_name, overrides)
+    with said_if_interrupted("Nothing was sent."):
+        _, profile = read_profile(program_file, profile_name, overrides)
     settings = replace(settings_of(profile), **{k: v for k, v in given.items() if v is not None})
     if settings.give_up_after_s <= settings.probe_after_s:
         raise click.UsageError(
@@ -119,11 +119,13 @@ def command(
     if not no_check and not resume:
         check(program_file, profile)
     if dry_run:
-        show_dry_run(program_file, settings, profile, resume, height_mm)
+        left = "the journal is as it was" if resume else "there is nothing to resume"
+        with said_if_interrupted(f"A dry run sends nothing to a printer, and {left}."):
+            show_dry_run(program_file, settings, profile, resume, height_mm)
         return
-    port = port or (_interrupted(program_file).port if resume else _only_port())
+    port = port or (interrupted_job(program_file).port if resume else _only_port())
     if resume:
-        code = _resume(program_file, port, settings, profile, height_mm, yes)
+        code = resume_program(program_file, port, settings, profile, height_mm, yes)
     else:
         code = _send(program_file, port, settings, profile, profile_name or "", restart)
     click.get_current_context().exit(code)
@@ -203,6 +205,7 @@ def settings_of(profile: "Profile") -> "Settings":
     )
 
 
+@said_if_interrupted("Nothing was sent.")
 def check(program_file: Path, profile: "Profile") -> None:
     """Refuse a program that `vslice check` finds fault with."""
     from gcode.check import check_file
@@ -216,80 +219,6 @@ def check(program_file: Path, profile: "Profile") -> None:
             f"{program_file} cannot be printed on this machine; nothing was sent:\n{listing}\n"
             "Slice it again for this profile, or insist with --no-check."
         )
-
-
-# --- resume --------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Interrupted:
-    program_file: Path
-    port: str
-    profile: str
-
-
-def _interrupted(program_file: Path | None) -> _Interrupted:
-    """The job to go on with: that of the file, or the only unfinished one beside the current folder."""
-    from printer.journal import SUFFIX, journal_path, read_journal, unfinished
-
-    if program_file is not None:
-        job = read_journal(journal_path(program_file)).job
-        return _Interrupted(program_file, job.port, job.profile)
-    # A folder that was moved took both along: the program is beside its journal.
-    found = [path for path in sorted(Path.cwd().glob(f"*{SUFFIX}")) if unfinished(path) is not None]
-    if len(found) != 1:
-        names = ", ".join(path.name.removesuffix(SUFFIX) for path in found) or "none"
-        raise click.UsageError(f"Interrupted jobs in this folder: {names}. Give the program to resume.")
-    job = read_journal(found[0]).job
-    return _Interrupted(found[0].with_name(found[0].name.removesuffix(SUFFIX)), job.port, job.profile)
-
-
-def _resume(
-    program_file: Path,
-    port: str,
-    settings: "Settings",
-    profile: "Profile",
-    height_mm: float | None,
-    yes: bool,
-) -> int:
-    from printer import Job, Journal, MovedError, make_program, read_program
-    from printer.journal import journal_path
-    from printer.ports import open_port, port_lock
-    from printer.resume import check_unchanged, plan_resume
-
-    program = read_program(program_file)
-    path = journal_path(program_file)
-    with closing(Journal(path)) as journal, port_lock(port):
-        entry = journal.reopen(port)
-        check_unchanged(program, entry)
-        with closing(open_port(port, settings.baud)) as line:
-            # First only ask the printer: whether it was reset decides how the nozzle may move.
-            greeting = Job(make_program(["M114"], name=program.name), line, settings).run()
-            plan = plan_resume(
-                program,
-                entry,
-                settings.safety,
-                rebooted=greeting.rebooted,
-                height_mm=height_mm,
-                reported=greeting.position,
-            )
-            for sentence in plan.text:
-                click.echo(sentence, err=True)
-            if not yes and not click.confirm("Is the way free? The nozzle will move", err=True):
-                raise click.Abort
-            ready = replace(settings, boot_wait_s=0.0)
-            if not yes:  # what was true when we asked
-                again = Job(make_program(["M114"], name=program.name), line, ready).run()
-                if again.rebooted or again.position != greeting.position:
-                    raise MovedError(
-                        f"{program.name}: the printer was reset or moved while the question stood. "
-                        "Nothing was sent; resume again."
-                    )
-            times = times_of(program_file, program, profile)
-            display = Display(program, times, plan.start_at, heats_first=True)
-            with resume_offered(program, path):
-                report = run(program, line, ready, journal, display, plan.start_at, plan.before)
-    return told(report, path, program)
 
 
 def _only_port() -> str:

@@ -95,6 +95,10 @@ def command(
         raise click.UsageError("--port goes with --send.")
     if send and target is None:
         raise click.UsageError("--send streams from a file; give it a name with -o.")
+    if port is not None:
+        from printer.ports import check_name
+
+        check_name(port)  # rather than behind a long search
     ignored = (IGNORED_STRAIGHT if objective == "straight" else IGNORED).get(method, ())
     no_effect(f"--method {method}", *(name for name in ignored if name != "workers" or workers > 1))
     restart = target is not None and _may_lose_job(target, send)

@@ -41,7 +41,7 @@ def show_dry_run(
         for line in plan.before:
             click.echo(f"  {line}")
         times = times_of(program_file, program, profile)
-        with shown(Display(program, times, plan.start_at, heats_first=True)) as show:
+        with shown(Display(program, times)) as show:
             _tell(go_on(show), " from there on", plan.start_at)
 
 

@@ -22,6 +22,7 @@ WRONG_INPUT = {
     "OptionError",
     "JournalError",
     "ResumeError",
+    "PortNameError",
 }
 OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice"}
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 import click
 
-from vslice.terminal.session import say
+from vslice.terminal.session import said_if_interrupted
 
 Choice = Literal["restart", "resume"]
 
@@ -25,6 +25,7 @@ def known_of(journal: Path) -> str | None:
     return f"its last job was interrupted ({entry.ended or 'cut off'}) at line {entry.acknowledged_line}"
 
 
+@said_if_interrupted("Nothing was sent.")
 def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
     """Whether the job goes on or begins anew: asked on a terminal. None if no job was interrupted.
 
@@ -36,8 +37,8 @@ def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
     if known is None or restart:
         return None if known is None else "restart"
     what = f"{program_file.name}: {known}, and what it printed may stand in the printer."
-    if (changed := _changed_since(program_file, journal)) is not None:
-        _ask_of_changed(f"{what} {changed}", journal)
+    if (wrong := _cannot_go_on(program_file, journal)) is not None:
+        _ask_to_restart(f"{what} It cannot go on, {wrong[0]}", wrong[1], journal)
         return "restart"
     if not on_terminal():
         raise click.UsageError(
@@ -52,34 +53,42 @@ def ask(program_file: Path, journal: Path, restart: bool) -> Choice | None:
         err=True,
     )
     if answer == "stop":
-        say("Nothing was sent.")
         raise click.Abort
     return "resume" if answer == "resume" else "restart"
 
 
-def _changed_since(program_file: Path, journal: Path) -> str | None:
-    """Why the interrupted job cannot go on: its program is another now. None if that is not so."""
+def _cannot_go_on(program_file: Path, journal: Path) -> tuple[str, str] | None:
+    """Why the interrupted job cannot go on, and what would help: its program is another now, or it ended
+    before its first toolpath. None if it can."""
     from dialect.source import load
-    from printer import JournalError
+    from printer import JournalError, ResumeError, read_program
     from printer.journal import unfinished
+    from printer.resume import start_of_work
 
     try:
         entry = unfinished(journal)
     except JournalError:
         return None  # then it is not known what was sent
-    now = load(program_file).sha256
-    if entry is None or entry.job.sha256 == now:
+    source = load(program_file)
+    if entry is None:
+        return None
+    if entry.job.sha256 == source.sha256:
+        try:
+            start_of_work(read_program(source), entry)
+        except ResumeError:
+            return "as it ended before its first toolpath.", ""
         return None
     return (
-        f"It cannot go on, since the file was changed after the job began: its sha256 is {now[:16]}.. now "
-        f"and {entry.job.sha256[:16]}.. in the journal."
+        f"since the file was changed after the job began: its sha256 is {source.sha256[:16]}.. now "
+        f"and {entry.job.sha256[:16]}.. in the journal.",
+        "Put the old file back to go on with --resume, or, when",
     )
 
 
-def _ask_of_changed(what: str, journal: Path) -> None:
+def _ask_to_restart(what: str, or_when: str, journal: Path) -> None:
     if not on_terminal():
         raise click.UsageError(
-            f"{what} Put the old file back to go on with --resume, or, when the plate is clear, give "
+            f"{what} {or_when or 'When'} the plate is clear, give "
             f"--restart to begin anew (the journal, {journal}, is kept aside then). Nothing was sent."
         )
     click.echo(what, err=True)
@@ -90,10 +99,10 @@ def _ask_of_changed(what: str, journal: Path) -> None:
         err=True,
     )
     if answer == "stop":
-        say("Nothing was sent.")
         raise click.Abort
 
 
+@said_if_interrupted("Nothing was sent.")
 def ask_of_port(port: str, journal: Path) -> None:
     """Make sure that the interrupted job of another program does not stand in this printer.
 
@@ -114,7 +123,6 @@ def ask_of_port(port: str, journal: Path) -> None:
         raise click.UsageError(f"{what} When the plate is clear, give --restart to begin. Nothing was sent.")
     click.echo(what, err=True)
     if not click.confirm("Is the plate clear?", default=False, err=True):
-        say("Nothing was sent.")
         raise click.Abort
 
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 PLAIN_EVERY_S = 10.0
 NEAR_C = 1.0  # a heater this near to where it shall be is there
 HEATING = re.compile(r"M1(?:09|90|91)(?!\d)")
+HOMING = re.compile(r"G28(?!\d)")
+FOLLOWS = ("printing", "finished")  # states in which the nozzle is where the program has it
 HEATERS = {"T": "nozzle", "B": "bed", "C": "chamber"}
 
 
@@ -30,25 +32,18 @@ class Display:
     """Shows snapshots of a job: percent by estimated time, line, times, temperatures, height.
 
     Heating is told apart: it moves neither the percent nor what is left, for no estimate knows how long it
-    takes. Without a ``timeline`` the percent is of commands, and what is left is unknown. ``heats_first``
-    tells that lines ahead of the program wait for heaters, as when a job is resumed at ``start_at``.
+    takes. Without a ``timeline`` the percent is of commands, and what is left is unknown.
+    The height is the program's, so it is shown only while the nozzle follows the program.
     """
 
-    def __init__(
-        self,
-        program: "Program",
-        timeline: "Timeline | None",
-        start_at: int = 0,
-        heats_first: bool = False,
-    ) -> None:
+    def __init__(self, program: "Program", timeline: "Timeline | None") -> None:
         self.program, self.timeline = program, timeline
-        self.start_at, self.heats_first = start_at, heats_first
         commands = program.commands
         self.last_wait = next((k for k in range(len(commands) - 1, -1, -1) if _waits(commands[k])), -1)
         self.heating_s = 0.0  # so far
         self._seen_s = 0.0
         self._plain_at, self._plain_percent = -math.inf, -1
-        self._plain_heating = False
+        self._plain_doing = ""
 
     def percent(self, progress: "Progress") -> float:
         """How much of the estimated time has passed, 0 to 100."""
@@ -59,9 +54,8 @@ class Display:
     def heating(self, progress: "Progress") -> str:
         """What is being heated and how far it is, as "bed 43/60 °C"; "" if the job does not wait for heat."""
         done = progress.acknowledged
-        first = self.heats_first and done == self.start_at
-        waits = first or (done < len(self.program) and _waits(self.program.commands[done]))
-        if progress.state.value != "printing" or not waits:
+        command = progress.ahead or (self.program.commands[done] if done < len(self.program) else "")
+        if progress.state.value != "printing" or not _waits(command):
             return ""
         readings = progress.temperatures.items()
         cold = [
@@ -77,6 +71,15 @@ class Display:
             self.heating_s += max(0.0, progress.elapsed_s - self._seen_s)
         self._seen_s = progress.elapsed_s
 
+    @staticmethod
+    def state(progress: "Progress") -> str:
+        """What the job does: printing, or on its way back to where a resumed job goes on."""
+        if not progress.ahead:
+            return progress.state.value
+        if HOMING.match(progress.ahead):
+            return "resuming: homing"
+        return f"resuming: {'heating' if _waits(progress.ahead) else 'on the way back'}"
+
     def words(self, progress: "Progress") -> str:
         """Line, elapsed and remaining time, heating, temperatures, height."""
         done = progress.acknowledged
@@ -87,7 +90,8 @@ class Display:
         parts += [f"line {line}/{last}", f"{clock(progress.elapsed_s)} elapsed{self._of_it_heating(heating)}"]
         height = math.nan
         if self.timeline is not None:
-            height = self.timeline.heights_mm[done]
+            if progress.state.value in FOLLOWS and not progress.ahead:
+                height = self.timeline.heights_mm[done]
             left = clock(self.timeline.total_s - self.timeline.seconds[done])
             parts.append(f"{left} left" + (", heating apart" if heating or done <= self.last_wait else ""))
         if not heating:
@@ -111,12 +115,13 @@ class Display:
         for message in progress.messages:
             say(message)
         self.watch(progress)
-        percent, now, heating = self.percent(progress), time.monotonic(), bool(self.heating(progress))
-        due = now - self._plain_at >= PLAIN_EVERY_S or heating != self._plain_heating
-        self._plain_heating = heating
+        percent, now = self.percent(progress), time.monotonic()
+        doing = "heating" if self.heating(progress) else self.state(progress) if progress.ahead else ""
+        due = now - self._plain_at >= PLAIN_EVERY_S or doing != self._plain_doing
+        self._plain_doing = doing
         if due or (int(percent) == 100 and self._plain_percent < 100):
             self._plain_at, self._plain_percent = now, int(percent)
-            say(f"{percent:3.0f} %  {progress.state.value}  {self.words(progress)}")
+            say(f"{percent:3.0f} %  {self.state(progress)}  {self.words(progress)}")
 
 
 @contextmanager
@@ -139,8 +144,8 @@ def shown(display: Display) -> Iterator[Callable[["Progress"], None]]:
                 console.print(message, markup=False, highlight=False)
             display.watch(progress)
             words = display.words(progress)
-            if progress.state.value != "printing":
-                words = f"{progress.state.value}  {words}"
+            if display.state(progress) != "printing":
+                words = f"{display.state(progress)}  {words}"
             bar.update(task, completed=display.percent(progress), description=words)
 
         yield show

@@ -69,6 +69,16 @@ def say(text: str) -> None:
 
 
 @contextmanager
+def said_if_interrupted(text: str) -> Iterator[None]:
+    """Say what an end by Ctrl-C, or by a question that was not agreed to, leaves; also a decorator."""
+    try:
+        yield
+    except (KeyboardInterrupt, click.Abort):
+        say(text)
+        raise click.Abort from None
+
+
+@contextmanager
 def warnings_said() -> Iterator[None]:
     """Say at once what the sequencer warns of; warnings of libraries go their own way."""
     from slicer.errors import SequenceWarning

@@ -11,7 +11,7 @@ import click
 
 from vslice.terminal.interrupted import known_of
 from vslice.terminal.progress import Display, clock, keys, shown
-from vslice.terminal.session import say
+from vslice.terminal.session import said_if_interrupted, say
 
 if TYPE_CHECKING:
     from printer import Journal, Program, Report, Settings
@@ -35,9 +35,11 @@ def stream_program(
         UsageError: a job of this program was interrupted, and ``restart`` does not say to begin anew.
     """
     from printer import Journal, read_program
-    from printer.journal import JobRecord, journal_path
+    from printer.journal import journal_path
+    from printer.records import JobRecord
 
-    program = read_program(program_file)
+    with said_if_interrupted("Nothing was sent."):
+        program = read_program(program_file)
     path = journal_path(program_file)
     with closing(Journal(path)) as journal:
         if not restart and (known := known_of(path)) is not None:  # since we asked
@@ -45,7 +47,8 @@ def stream_program(
         aside = journal.begin(JobRecord(str(program_file.resolve()), program.sha256, port, profile_name))
         if aside is not None:
             say(f"{program.name}: begins anew; the journal of the interrupted job is kept as {aside}.")
-        display = Display(program, times_of(program_file, program, profile))
+        with said_if_interrupted("Nothing was sent."):
+            display = Display(program, times_of(program_file, program, profile))
         with resume_offered(program, path):
             report = run(program, port, settings, journal, display)
     return told(report, path, program)
@@ -145,4 +148,18 @@ def resume_offered(program: "Program", journal: Path) -> Iterator[None]:
 
 
 def _offer_resume(program: "Program", journal: Path) -> None:
+    """Offer what works: what ended before its first toolpath cannot go on."""
+    from printer.errors import ResumeError
+    from printer.journal import read_journal
+    from printer.resume import start_of_work
+
+    entry = read_journal(journal)
+    if entry.nothing_laid:
+        say(f"Nothing was printed: 'vslice send {program.name}' begins anew.")
+        return
+    try:
+        start_of_work(program, entry)
+    except ResumeError as error:
+        say(str(error))
+        return
     say(f"The journal is {journal}; 'vslice send --resume {program.name}' goes on with the job.")

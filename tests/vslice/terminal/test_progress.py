@@ -1,5 +1,7 @@
 """The progress of a job: heating is told apart from printing."""
 
+from dataclasses import replace
+
 from printer import Progress, State, make_program
 from printer.protocol import Reading
 from profiles import load
@@ -49,6 +51,27 @@ def test_without_times_percent_is_of_commands():
 
 
 def test_lines_ahead_of_a_resumed_program_may_heat_too():
-    show = Display(make_program(LINES), None, start_at=5, heats_first=True)
-    assert "heating bed" in show.words(at(5))
-    assert "heating" not in show.words(at(5, bed=60))
+    show = Display(make_program(LINES), None)
+    assert "heating bed" in show.words(replace(at(5), ahead="M190 S60"))
+    assert "heating" not in show.words(replace(at(5, bed=60), ahead="M190 S60"))
+    assert "heating" not in show.words(replace(at(3), ahead="G28 X Y"))
+
+
+def test_on_its_way_back_a_job_has_a_state_of_its_own_and_no_height(tmp_path, capsys):
+    """The program's height is true only while the nozzle follows the program."""
+    show = display(tmp_path)
+    assert "height 0.20 mm" in show.words(at(6))
+    states = {
+        "G28 X Y": "homing",
+        "M109 S90": "heating",
+        "G0 Z10": "on the way back",
+    }
+    for line, state in states.items():
+        progress = replace(at(6, bed=60), ahead=line)
+        assert show.state(progress) == f"resuming: {state}"
+        assert "height" not in show.words(progress)
+        show.plain(progress)
+        assert f"resuming: {state}" in capsys.readouterr().err
+    for state in (State.BOOT, State.HELLO, State.STOP, State.STOPPED, State.KILLED, State.FAILED):
+        assert "height" not in show.words(replace(at(6), state=state))
+    assert show.state(at(6)) == "printing"
