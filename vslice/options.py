@@ -166,9 +166,9 @@ def picture_format(target: Path) -> str:
     from gcode import preview
 
     file_format = target.suffix.lstrip(".").lower()
-    if target.exists() and not target.is_file():
-        raise click.UsageError(f"{target} is no ordinary file; name one that ends in .png, .svg or .pdf.")
     if file_format not in preview.FORMATS:
+        if target.exists() and not target.is_file():
+            raise click.UsageError(f"{target} is no ordinary file; name one that ends in .png, .svg or .pdf.")
         raise click.UsageError(f"{target}: a picture must end in .png, .svg or .pdf, not '{target.suffix}'.")
     return file_format
 

@@ -88,7 +88,7 @@ def test_a_search_that_is_ended_early_says_so(run):
 def test_a_grid_can_come_from_standard_input(run, monkeypatch):
     import io
 
-    monkeypatch.setattr("sys.stdin", io.StringIO(ONE_TILE))
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(ONE_TILE.encode())))
     code, out, _ = run("-", "-o", "piped.gcode")
     assert (code, out) == (0, "")
     assert Path("piped.gcode").exists()

@@ -368,7 +368,7 @@ def test_a_job_that_was_stopped_before_it_printed_begins_anew_unasked(run, part,
     assert "not carried out" not in err  # the nozzle was cold
     for words in (["--resume"], ["--resume", "--dry-run"]):
         code, out, err = run("send", part, *words)
-        assert (code, "had printed nothing yet" in err, out) == (1, True, ""), err
+        assert (code, "had printed nothing yet" in err, out) == (2, True, ""), err
         assert "'vslice send part.gcode' begins anew" in err
     code, _, err = run("send", part, "--port", "marlin://?clock=fast", "--no-check", *QUICK)
     assert code == 0, err
@@ -385,7 +385,7 @@ def test_a_job_that_ended_before_its_first_toolpath_is_offered_to_begin_anew_alo
     assert "'vslice send part.gcode --restart' begins anew" in err
     for words in (["--resume", "--dry-run"], ["--resume", "--yes", "--port", "marlin://"]):
         code, _, err = run("send", part, *words)
-        assert (code, "before its first toolpath" in err) == (1, True), err
+        assert (code, "before its first toolpath" in err) == (2, True), err
     code, _, err = run("send", part, *ANEW)
     assert (code, "--resume" in err, "--restart" in err) == (2, False, True), err
     monkeypatch.setattr("vslice.terminal.interrupted.on_terminal", lambda: True)
@@ -558,7 +558,7 @@ def test_on_a_terminal_the_user_is_asked(run, part, broken, monkeypatch, answer,
     assert (broken.read_bytes() == before) == (answer != "restart")
 
 
-@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("resume", 230), ("restart", 0)])
+@pytest.mark.parametrize(("answer", "code"), [("stop", 130), ("", 130), ("resume", 130), ("restart", 0)])
 def test_a_program_that_was_changed_is_not_offered_to_go_on(run, part, broken, monkeypatch, answer, code):
     before = broken.read_bytes()
     part.write_text(part.read_text() + "\nM117 another\n")
