@@ -204,8 +204,8 @@ class Job:
 
     def _has_laid_nothing(self, sender: Sender) -> bool:
         """Whether no line that was handed over, acknowledged or not, can have laid any material."""
-        sent = sender.window.assigned
-        return not self.before and lays_nothing(self.program, sent, self.settings.safety.close_lines)
+        sent, safety = sender.window.assigned, self.settings.safety
+        return not self.before and lays_nothing(self.program, sent, safety.close_lines, safety.open_lines)
 
     def _tell(self, sender: Sender, now: float) -> None:
         if self.on_progress is None:
