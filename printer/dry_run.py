@@ -91,7 +91,8 @@ def interrupted_printer(
     """An emulated printer as the job of a journal left its own, how the job goes on there, and what does it.
 
     All that was acknowledged was carried out; after a controlled stop the nozzle has left the print. With
-    ``height_mm`` the printer was switched off and on, and has forgotten everything.
+    ``height_mm`` the printer was switched off and on, and has forgotten everything, as it has where the
+    journal says so.
 
     Raises:
         JournalError, ResumeError: as `printer.resume.plan_resume`.
@@ -106,14 +107,16 @@ def interrupted_printer(
     port = _open(url, settings, motion)
     try:
         Job(make_program(commands, name=program.name), port, settings).run()
-        if height_mm is not None:
+        # As that of a job that ended by a reset, or by a halt that only a reset ends.
+        rebooted = height_mm is not None or entry.lost
+        if rebooted:
             port.firmware.boot()
         greeting = Job(make_program(["M114"], name=program.name), port, settings).run()
         plan = plan_resume(
             program,
             entry,
             settings.safety,
-            rebooted=height_mm is not None,
+            rebooted=rebooted,
             height_mm=height_mm,
             reported=greeting.position,
         )

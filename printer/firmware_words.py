@@ -21,6 +21,20 @@ START = re.compile(r"(?:^|[^\w\s:;,.'\"/-]|(?<=[\d\x00-\x1f\ufffd]))start$")
 PREVENTED = re.compile(
     r"(?:cold|too long|long) extru\w* prevented|extrude below minimum temp|not hot enough", re.IGNORECASE
 )
+NOT_MADE = re.compile(
+    r"(?:position|\bmoves?|destination|coordinates?|\bG[0-3]\b).{0,40}?(?:not reachable|unreachable|"
+    r"cannot be reached|out(?:side)?(?: of)? (?:the )?(?:\w+ )?(?:limits?|range|bounds|area|volume|bed))|"
+    r"\b(?:move|arc) (?:was |were )?(?:ignored|rejected|refused|prevented|aborted|cancell?ed|skipped)|"
+    r"bad arc|\bG[23]\W.{0,8}bad parameters",
+    re.IGNORECASE,
+)
+"""Of a move: it was not made, and the nozzle is where it was."""
+
+CUT_SHORT = re.compile(
+    r"end ?stops?\b.{0,12}\bhit\b|hit (?:an? |the )?end ?stop|stall detected", re.IGNORECASE
+)
+"""Of a move: something was in its way. The nozzle is not where the firmware believes it to be."""
+
 UNKNOWN = re.compile(
     r"(?:un(?:known|supported) (?:command|[gm][ -]?code)|(?:command|[gm]code) not supported)\W*(.*)",
     re.IGNORECASE,

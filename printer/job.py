@@ -128,6 +128,7 @@ class Job:
                     report.refused,
                     drawn_back_mm=sender.drawn_back_mm,
                     nothing_laid=report.state is not State.FINISHED and self._has_laid_nothing(sender),
+                    lost=sender.forgot,
                 )
             if report.state is State.FAILED:
                 line = self._acknowledged_line(sender)

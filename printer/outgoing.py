@@ -58,6 +58,7 @@ class Outgoing:
         self.begun = self.progressed = now
         self.probes, self.probe_due = 0, now
         self.printer_status = PrinterStatus(now)
+        self.forgot = False  # where it stands: it was reset, or must be before it answers again
 
     def take_output(self) -> bytes:
         """The bytes to write now; they are given once."""
@@ -222,6 +223,7 @@ class Outgoing:
             self.probe_due = now + (min(RECOVERY_S, after) if self.resends.open else after)
 
     def _lose(self, what: str) -> None:
+        self.forgot = True
         self._fail(what, "It has forgotten its position; nothing more was sent.")
 
     def _fail(self, what: str, advice: str) -> None:

@@ -135,7 +135,7 @@ def plan_resume(
     if rebooted:
         doubt: str | None = "The printer was reset"
     elif entry.lost:
-        doubt = "The job was interrupted before the printer had found its position again"
+        doubt = "The printer had lost its position when the job ended"
     else:
         doubt = _doubt(program, start, furthest, reported, axis)
     if height_mm is not None and not doubt:

@@ -162,6 +162,9 @@ class Sender(Outgoing):
             if error.fatal:
                 self._end(State.KILLED, f"halted with M112; the printer confirms: {error.text}")
         elif error.fatal:
+            # Klipper says !! of a single command too, and then knows where it is.
+            found = refusal(error.text, self.window)
+            self.forgot = found is None or found.lost
             self._fail(
                 f"the printer stopped, in its own words: {error.text}", "Find the cause, then reset it."
             )
@@ -183,6 +186,7 @@ class Sender(Outgoing):
         if self.state is State.STOP and PREVENTED.search(text) and self._stop_was_cold():
             return True
         self.printer_status.refuse(text)
+        self.forgot = self.forgot or found.lost
         if found.fatal and self.state is not State.STOP:
             self._fail(found.what, found.advice)
         return True
@@ -232,6 +236,7 @@ class Sender(Outgoing):
     def abort(self, now: float) -> None:
         """M112, at once and without a number; nothing else follows."""
         if not self.state.final:
+            self.forgot = True
             self.state, self.output, self.progressed = State.ABORT, bytearray(b"\nM112\n"), now
 
     def lost(self, reason: str) -> None:
