@@ -41,7 +41,7 @@ def dry_run(
     motion: Motion | None = None,
 ) -> DryRun:
     """Stream to an emulated printer, with the limits of ``motion``; raises what `printer.stream` raises."""
-    settings = replace(settings or Settings(), boot_wait_s=0.5)
+    settings = replace(settings or Settings(), boot_wait_s=0.5, emulated=True)
     port = _open(url, settings, motion)
     try:
         return _carried_out(Job(program, port, settings, on_progress=on_progress), port)
@@ -100,7 +100,7 @@ def interrupted_printer(
     """
     check_unchanged(program, entry)
     start_of_work(program, entry)  # before the emulated printer prints what leads nowhere
-    settings = replace(settings, boot_wait_s=0.5)
+    settings = replace(settings, boot_wait_s=0.5, emulated=True)
     commands = program.commands[: program.index_of_line(entry.acknowledged_line)]
     if entry.ended == "stopped":
         commands = [*commands, *left(settings.safety, entry.drawn_back_mm)]

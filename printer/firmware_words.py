@@ -43,8 +43,9 @@ UNHOMED = re.compile(r"must home|\bhome\b.*\bfirst\b|(?:not|axes) homed|homing r
 NO_SENSOR = re.compile(r"no (?:thermistors?|temperature|heaters?|sensors?)", re.IGNORECASE)
 
 HARMLESS = frozenset(
-    {f"M{code}" for code in (31, 73, 75, 76, 77, 78, 105, 108, 113, 114, 115, 117, 118, 119, 150, 155)}
-    | {f"M{code}" for code in (201, 202, 203, 204, 205, 207, 208, 300, 400, 486, 900)}
+    {f"M{code}" for code in (31, 73, 75, 76, 77, 78, 105, 108, 113, 114, 115, 117, 118, 119, 122, 150, 155)}
+    | {f"M{code}" for code in (201, 202, 203, 204, 205, 207, 208, 300, 400, 413, 486, 566, 900)}
+    | {f"M862.{part}" for part in range(1, 7)}  # checks of Prusa's: is this the printer, the nozzle, ..?
     | {"G17", "G21", "G90"}  # the state after power-on: a firmware without them is in it always
 )
 """Commands whose absence changes neither what is laid nor where: messages, reports, tuning."""

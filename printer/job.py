@@ -242,6 +242,7 @@ class Job:
             sender.printer_status.position,
             dict(sender.printer_status.capabilities),
             tuple(sender.printer_status.refused),
+            tuple(sender.printer_status.unknown),
         )
 
 

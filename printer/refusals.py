@@ -20,12 +20,13 @@ RECENT = 24  # lines behind the last one that was acknowledged of which a firmwa
 @dataclass(frozen=True, slots=True)
 class Refusal:
     """``what`` was not done, with ``advice``; ``fatal`` if the print is spoilt without it, ``lost`` if the
-    printer does not know any more where its nozzle is."""
+    printer does not know any more where its nozzle is; ``unknown`` is the command that it does not know."""
 
     what: str
     advice: str
     fatal: bool
     lost: bool = False
+    unknown: str = ""
 
 
 def refusal(text: str, window: Window) -> Refusal | None:
@@ -48,7 +49,8 @@ def refusal(text: str, window: Window) -> Refusal | None:
     if command is None:
         return None  # perhaps the remnant of a damaged line, which comes again
     what = f"the printer does not know {command!r}, which is needed: {text}"
-    return Refusal(what, "Take a profile that fits its firmware.", code_of(command) not in HARMLESS)
+    advice = "Take a profile that fits its firmware."
+    return Refusal(what, advice, code_of(command) not in HARMLESS, unknown=command)
 
 
 def _quoted(said: str, window: Window) -> str | None:

@@ -192,7 +192,10 @@ class Sender(Outgoing):
             return True
         self.printer_status.refuse(text)
         self.forgot = self.forgot or found.lost
-        if found.fatal and self.state is not State.STOP:
+        if found.unknown and found.unknown not in self.printer_status.unknown:
+            self.printer_status.unknown.append(found.unknown)
+        elsewhere = found.unknown and self.settings.emulated  # a printer of another firmware may know it
+        if found.fatal and not elsewhere and self.state is not State.STOP:
             self._fail(found.what, found.advice)
         return True
 

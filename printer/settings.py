@@ -36,6 +36,8 @@ class Settings:
     ``stall_after_s`` in which it reported but took no line.
     ``boot_wait_s`` is the time for a board that resets when its port is opened; every ``poll_s`` the
     temperatures are asked for, and the answer tells exactly which lines were taken.
+    ``emulated`` says that nothing is at stake: a command that this printer does not know ends no job, for the
+    one that will print may know it.
     """
 
     baud: int = 115200
@@ -47,3 +49,4 @@ class Settings:
     boot_wait_s: float = 3.0
     poll_s: float = 2.0
     safety: Safety = Safety()
+    emulated: bool = False
