@@ -48,19 +48,21 @@ class Replay:
 
     def apply(self, command: str) -> None:
         """Take one clean command."""
+        match = CODE.match(command)
+        code, rest = (f"{match[1]}{int(match[2])}", match[4]) if match else ("", "")
+        if code in ("G0", "G1", "G2", "G3"):
+            self.extruding = False
+            self._move(words(rest))
+            return
         for name, line in set_by(command).items():
             lines = (line,) if self.unit_mm == 1.0 else ("G20", line, "G21")
             _last(self.settings, name, lines)
         for name in outputs_of(command):
             _last(self.outputs, name, command)
-        match = CODE.match(command)
         if not match:
             return
-        code, rest = f"{match[1]}{int(match[2])}", match[4]
         self.extruding = False
-        if code in ("G0", "G1", "G2", "G3"):
-            self._move(words(rest))
-        elif code in ("G20", "G21"):
+        if code in ("G20", "G21"):
             self.unit_mm = 25.4 if code == "G20" else 1.0
         elif code in ("G90", "G91"):
             self.absolute = self.absolute_e = code == "G90"
