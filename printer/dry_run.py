@@ -41,7 +41,7 @@ def dry_run(
     motion: Motion | None = None,
 ) -> DryRun:
     """Stream to an emulated printer, with the limits of ``motion``; raises what `printer.stream` raises."""
-    settings = replace(settings or Settings(), boot_wait_s=0.5)
+    settings = replace(settings or Settings(), boot_wait_s=0.5, emulated=True)
     port = _open(url, settings, motion)
     try:
         return _carried_out(Job(program, port, settings, on_progress=on_progress), port)
@@ -91,7 +91,8 @@ def interrupted_printer(
     """An emulated printer as the job of a journal left its own, how the job goes on there, and what does it.
 
     All that was acknowledged was carried out; after a controlled stop the nozzle has left the print. With
-    ``height_mm`` the printer was switched off and on, and has forgotten everything.
+    ``height_mm`` the printer was switched off and on, and has forgotten everything, as it has where the
+    journal says so.
 
     Raises:
         JournalError, ResumeError: as `printer.resume.plan_resume`.
@@ -99,21 +100,23 @@ def interrupted_printer(
     """
     check_unchanged(program, entry)
     start_of_work(program, entry)  # before the emulated printer prints what leads nowhere
-    settings = replace(settings, boot_wait_s=0.5)
+    settings = replace(settings, boot_wait_s=0.5, emulated=True)
     commands = program.commands[: program.index_of_line(entry.acknowledged_line)]
     if entry.ended == "stopped":
         commands = [*commands, *left(settings.safety, entry.drawn_back_mm)]
     port = _open(url, settings, motion)
     try:
         Job(make_program(commands, name=program.name), port, settings).run()
-        if height_mm is not None:
+        # As that of a job that ended by a reset, or by a halt that only a reset ends.
+        rebooted = height_mm is not None or entry.lost
+        if rebooted:
             port.firmware.boot()
         greeting = Job(make_program(["M114"], name=program.name), port, settings).run()
         plan = plan_resume(
             program,
             entry,
             settings.safety,
-            rebooted=height_mm is not None,
+            rebooted=rebooted,
             height_mm=height_mm,
             reported=greeting.position,
         )

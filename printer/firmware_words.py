@@ -21,6 +21,20 @@ START = re.compile(r"(?:^|[^\w\s:;,.'\"/-]|(?<=[\d\x00-\x1f\ufffd]))start$")
 PREVENTED = re.compile(
     r"(?:cold|too long|long) extru\w* prevented|extrude below minimum temp|not hot enough", re.IGNORECASE
 )
+NOT_MADE = re.compile(
+    r"(?:position|\bmoves?|destination|coordinates?|\bG[0-3]\b).{0,40}?(?:not reachable|unreachable|"
+    r"cannot be reached|out(?:side)?(?: of)? (?:the )?(?:\w+ )?(?:limits?|range|bounds|area|volume|bed))|"
+    r"\b(?:move|arc) (?:was |were )?(?:ignored|rejected|refused|prevented|aborted|cancell?ed|skipped)|"
+    r"bad arc|\bG[23]\W.{0,8}bad parameters",
+    re.IGNORECASE,
+)
+"""Of a move: it was not made, and the nozzle is where it was."""
+
+CUT_SHORT = re.compile(
+    r"end ?stops?\b.{0,12}\bhit\b|hit (?:an? |the )?end ?stop|stall detected", re.IGNORECASE
+)
+"""Of a move: something was in its way. The nozzle is not where the firmware believes it to be."""
+
 UNKNOWN = re.compile(
     r"(?:un(?:known|supported) (?:command|[gm][ -]?code)|(?:command|[gm]code) not supported)\W*(.*)",
     re.IGNORECASE,
@@ -29,8 +43,9 @@ UNHOMED = re.compile(r"must home|\bhome\b.*\bfirst\b|(?:not|axes) homed|homing r
 NO_SENSOR = re.compile(r"no (?:thermistors?|temperature|heaters?|sensors?)", re.IGNORECASE)
 
 HARMLESS = frozenset(
-    {f"M{code}" for code in (31, 73, 75, 76, 77, 78, 105, 108, 113, 114, 115, 117, 118, 119, 150, 155)}
-    | {f"M{code}" for code in (201, 202, 203, 204, 205, 207, 208, 300, 400, 486, 900)}
+    {f"M{code}" for code in (31, 73, 75, 76, 77, 78, 105, 108, 113, 114, 115, 117, 118, 119, 122, 150, 155)}
+    | {f"M{code}" for code in (201, 202, 203, 204, 205, 207, 208, 300, 400, 413, 486, 566, 900)}
+    | {f"M862.{part}" for part in range(1, 7)}  # checks of Prusa's: is this the printer, the nozzle, ..?
     | {"G17", "G21", "G90"}  # the state after power-on: a firmware without them is in it always
 )
 """Commands whose absence changes neither what is laid nor where: messages, reports, tuning."""

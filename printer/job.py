@@ -128,6 +128,7 @@ class Job:
                     report.refused,
                     drawn_back_mm=sender.drawn_back_mm,
                     nothing_laid=report.state is not State.FINISHED and self._has_laid_nothing(sender),
+                    lost=sender.forgot,
                 )
             if report.state is State.FAILED:
                 line = self._acknowledged_line(sender)
@@ -204,8 +205,8 @@ class Job:
 
     def _has_laid_nothing(self, sender: Sender) -> bool:
         """Whether no line that was handed over, acknowledged or not, can have laid any material."""
-        sent = sender.window.assigned
-        return not self.before and lays_nothing(self.program, sent, self.settings.safety.close_lines)
+        sent, safety = sender.window.assigned, self.settings.safety
+        return not self.before and lays_nothing(self.program, sent, safety.close_lines, safety.open_lines)
 
     def _tell(self, sender: Sender, now: float) -> None:
         if self.on_progress is None:
@@ -241,6 +242,7 @@ class Job:
             sender.printer_status.position,
             dict(sender.printer_status.capabilities),
             tuple(sender.printer_status.refused),
+            tuple(sender.printer_status.unknown),
         )
 
 

@@ -189,14 +189,18 @@ class Journal:
         refused: Sequence[str] = (),
         drawn_back_mm: float | None = None,
         nothing_laid: bool = False,
+        lost: bool = False,
     ) -> None:
         """The job ended in an orderly way: "finished", "stopped", ...; ``refused`` is what the printer said
-        of commands that it did not carry out, ``drawn_back_mm`` and ``nothing_laid`` as in `Entry`."""
+        of commands that it did not carry out, ``drawn_back_mm``, ``nothing_laid`` and ``lost`` as in
+        `Entry`."""
         record: dict[str, Any] = {"line": line, "ended": ended}
         if drawn_back_mm is not None:
             record["drawn_back_mm"] = drawn_back_mm
         if nothing_laid:
             record["nothing_laid"] = True
+        if lost:
+            record["lost"] = True
         self._append(record | ({"refused": list(refused)} if refused else {}))
 
     def close(self) -> None:

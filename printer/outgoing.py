@@ -53,11 +53,13 @@ class Outgoing:
         self.heating = 0  # the last line that waits for a heater
         self.marks = Marks(self.window, settings.poll_s, now)
         self.busy_times, self.allowed_s = BusyTimes(self.window), 0.0
+        self.other_mark_tried = False  # at the end, as the answers to the first proved nothing
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
         self.begun = self.progressed = now
         self.probes, self.probe_due = 0, now
         self.printer_status = PrinterStatus(now)
+        self.forgot = False  # where it stands: it was reset, or must be before it answers again
 
     def take_output(self) -> bytes:
         """The bytes to write now; they are given once."""
@@ -156,7 +158,10 @@ class Outgoing:
             self.output += window.send()
         if self.tail_given and not self.pending and not window.waiting:
             if window.proved < window.top:  # the answer may have been another's: ask in other words
-                window.use_other_mark()
+                # Back to the first only from here: elsewhere the answers to M105 tell nothing.
+                if window.mark != OTHER_MARK or self.other_mark_tried:
+                    window.use_other_mark()
+                    self.other_mark_tried = True
                 self.pending.append(window.mark)
                 self._fill(now)
                 return
@@ -222,6 +227,7 @@ class Outgoing:
             self.probe_due = now + (min(RECOVERY_S, after) if self.resends.open else after)
 
     def _lose(self, what: str) -> None:
+        self.forgot = True
         self._fail(what, "It has forgotten its position; nothing more was sent.")
 
     def _fail(self, what: str, advice: str) -> None:

@@ -27,7 +27,8 @@ class Entry:
     ``furthest_line`` is the last line that was ever acknowledged, so what stands may reach up to there.
     ``drawn_back_mm`` is how far the senders left the filament behind where the program has it at the
     acknowledged line; None if the journal does not say, as the sender was cut off in between. ``lost`` tells
-    that the printer had forgotten its position when the job was to go on, and was still finding it;
+    that the printer had forgotten its position when the job ended (it was reset, it had halted), or when the
+    job was to go on, and was still finding it;
     ``nothing_laid`` that the job ended before it could lay any material.
     """
 
@@ -110,6 +111,7 @@ def entry_of(records: list[dict[str, Any]], name: str, torn: bool = False) -> En
                 resumed, again, lost = line, True, bool(record.get("homes"))
             elif line > resumed:
                 lost = False
+            lost = lost or bool(record.get("lost"))
             # What a job that was resumed had laid before is there still. One that has ended in an orderly
             # way without a line has laid nothing either.
             no_line = bool(ended) and ended != "finished" and furthest == 0

@@ -2,7 +2,16 @@
 
 from dataclasses import dataclass
 
-from printer.firmware_words import HARMLESS, PREVENTED, UNHOMED, code_of, means, unknown_command
+from printer.firmware_words import (
+    CUT_SHORT,
+    HARMLESS,
+    NOT_MADE,
+    PREVENTED,
+    UNHOMED,
+    code_of,
+    means,
+    unknown_command,
+)
 from printer.in_flight import Window
 
 RECENT = 24  # lines behind the last one that was acknowledged of which a firmware may still speak
@@ -10,11 +19,14 @@ RECENT = 24  # lines behind the last one that was acknowledged of which a firmwa
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """``what`` was not done, with ``advice``; ``fatal`` if the print is spoilt without it."""
+    """``what`` was not done, with ``advice``; ``fatal`` if the print is spoilt without it, ``lost`` if the
+    printer does not know any more where its nozzle is; ``unknown`` is the command that it does not know."""
 
     what: str
     advice: str
     fatal: bool
+    lost: bool = False
+    unknown: str = ""
 
 
 def refusal(text: str, window: Window) -> Refusal | None:
@@ -25,12 +37,20 @@ def refusal(text: str, window: Window) -> Refusal | None:
     if UNHOMED.search(text):
         what = f"the printer did not move, in its own words: {text}"
         return Refusal(what, "Home every axis in the start lines (G28).", True)
+    if CUT_SHORT.search(text):
+        what = f"a move was cut short, in the printer's own words: {text}"
+        advice = "Find what was in its way; the printer has lost its position and must be reset."
+        return Refusal(what, advice, True, lost=True)
+    if NOT_MADE.search(text):
+        what = f"the printer did not make a move, in its own words: {text}"
+        return Refusal(what, "Take a profile with the build volume of this machine.", True)
     said = unknown_command(text)
     command = None if said is None else _quoted(said, window)
     if command is None:
         return None  # perhaps the remnant of a damaged line, which comes again
     what = f"the printer does not know {command!r}, which is needed: {text}"
-    return Refusal(what, "Take a profile that fits its firmware.", code_of(command) not in HARMLESS)
+    advice = "Take a profile that fits its firmware."
+    return Refusal(what, advice, code_of(command) not in HARMLESS, unknown=command)
 
 
 def _quoted(said: str, window: Window) -> str | None:

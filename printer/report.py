@@ -51,11 +51,11 @@ class Progress:
 class Report:
     """How a job ended.
 
-    ``sent`` counts the program's commands that were handed over at least once, ``acknowledged`` those
-    that the printer has taken, ``resent`` all lines sent again. Times are in seconds. ``message`` is why
-    the job ended early, ``warnings`` are the firmware's own words, ``refused`` those of them that tell of a
-    command that it did not carry out. ``rebooted`` tells that the printer
-    said ``start`` when its port was opened, so it knew no position; ``position`` is the last that it
+    ``sent`` counts the program's commands that were handed over at least once, ``acknowledged`` those that
+    the printer has taken, ``resent`` all lines sent again. Times are in seconds. ``message`` is why the job
+    ended early, ``warnings`` are the firmware's own words, ``refused`` those of them that tell of a command
+    that it did not carry out, ``unknown`` the commands that it does not know. ``rebooted`` tells that the
+    printer said ``start`` when its port was opened, so it knew no position; ``position`` is the last that it
     reported, in mm.
     """
 
@@ -72,3 +72,4 @@ class Report:
     position: dict[str, float] | None = None
     capabilities: dict[str, bool] = field(default_factory=dict)
     refused: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()

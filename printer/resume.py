@@ -3,10 +3,11 @@
 import math
 import re
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
-from dialect.commands import IMMEDIATE_OUTPUTS, code_of
-from dialect.numbers import FEED_DECIMALS, fixed
+from printer.approach import approach, fed, to_place
 from printer.commands import Program
 from printer.errors import JournalError, ResumeError
 from printer.journal import LINES_PER_SYNC
@@ -14,7 +15,7 @@ from printer.protocol import clean
 from printer.records import Entry
 from printer.replay import MOTION, WAITING, Replay, highest, replay, words
 from printer.resume_words import way, where_it_goes_on
-from printer.safety import extrusion, feed, feed_of, lift, number
+from printer.safety import extrusion, lift, number
 from printer.settings import Safety
 
 PLANNER_MOVES = 16
@@ -123,8 +124,8 @@ def plan_resume(
     axis = safety.build_axis
     if state.shifts != later.shifts:
         raise ResumeError(
-            f"{program.name}: a G92 behind line {program.acknowledged_line(start)} moves the origin, so the "
-            "printer's coordinates are in doubt: this job cannot be resumed."
+            f"{program.name}: a G92 or homing behind line {program.acknowledged_line(start)} moves the "
+            "origin, so the printer's coordinates are in doubt: this job cannot be resumed."
         )
     target = {a: v for a, v in state.position.items() if a in "XYZ"}
     if axis not in target:
@@ -134,7 +135,7 @@ def plan_resume(
     if rebooted:
         doubt: str | None = "The printer was reset"
     elif entry.lost:
-        doubt = "The job was interrupted before the printer had found its position again"
+        doubt = "The printer had lost its position when the job ended"
     else:
         doubt = _doubt(program, start, furthest, reported, axis)
     if height_mm is not None and not doubt:
@@ -143,20 +144,22 @@ def plan_resume(
             f"{number(height_mm)} out. If the nozzle was moved by hand, or the motors let go, "
             "switch the printer off and on first."
         )
-    top = highest(program, furthest, axis, safety.close_lines)
+    found = _find_position(safety, target, height_mm, doubt) if doubt else []
+    origins = _origins(state, target, found, doubt)
+    top = highest(program, furthest, axis, safety.close_lines, safety.open_lines)
     safe = max(target[axis], target[axis] if top is None else top) + safety.lift_mm
     primed = _to_prime(program, acknowledged, entry, state, safety)
     before = [
         *(line for line in safety.close_lines if not extrusion(line)),
-        *(f"{heater} {rest}" for heater, rest in state.temperatures.items()),
+        *(f"{heater} {rest}" for heater, rest in state.temperatures.values()),
         "G21",
-        *state.settings.values(),  # before any extrusion: M302 may be among them
+        *chain.from_iterable(state.settings.values()),  # before any extrusion: M302 may be among them
         *lift(safety),
-        *(_find_position(safety, target, height_mm, doubt) if doubt else []),
-        f"G0 {axis}{number(safe)} {feed(safety.lift_speed_mm_s)}",
-        *(f"{WAITING[heater]} {rest}" for heater, rest in state.temperatures.items()),
-        *_fed(min(0.0, primed), safety),
-        *_approach(state, target, safety, max(0.0, primed)),
+        *found,
+        *to_place({axis: safe}, origins, safety.lift_speed_mm_s),
+        *(f"{WAITING[heater]} {rest}" for heater, rest in state.temperatures.values()),
+        *fed(min(0.0, primed), safety),
+        *approach(state, target, origins, safety, max(0.0, primed)),
     ]
     commands = tuple(command for line in before if (command := clean(line)))
     text = (*where_it_goes_on(program, entry, start), *way(target, axis, safe, doubt))
@@ -200,10 +203,7 @@ def _find_position(
     safety: Safety, target: dict[str, float], height_mm: float | None, doubt: str
 ) -> list[str]:
     """Home what the profile calls safe over a standing print, and make sure that it finds every axis."""
-    axis, homed = safety.build_axis, set()
-    for line in map(clean, safety.home_lines):
-        if re.match(r"G28(?!\d)", line):
-            homed |= set(words(line[3:])) & set("XYZ") or set("XYZ")
+    axis, homed = safety.build_axis, _homed(safety.home_lines)
     if axis in homed and not safety.build_axis_homes_up:
         raise ResumeError(
             f"the profile's homing lines {list(safety.home_lines)} home {axis}, the build direction, towards "
@@ -229,6 +229,15 @@ def _find_position(
     return [*raised, *safety.home_lines, "G90"]
 
 
+def _homed(lines: Sequence[str]) -> set[str]:
+    """The axes that some lines home."""
+    homed = set()
+    for line in map(clean, lines):
+        if re.match(r"G28(?!\d)", line):
+            homed |= set(words(line[3:])) & set("XYZ") or set("XYZ")
+    return homed
+
+
 def _to_prime(program: Program, acknowledged: int, entry: Entry, state: Replay, safety: Safety) -> float:
     """Material in mm to feed (or draw back, if negative), so that the nozzle is as the program left it."""
     drawn_back = replay(program, acknowledged).retracted_mm
@@ -239,39 +248,16 @@ def _to_prime(program: Program, acknowledged: int, entry: Entry, state: Replay, 
     return drawn_back - state.retracted_mm
 
 
-def _approach(state: Replay, target: dict[str, float], safety: Safety, prime_mm: float) -> list[str]:
-    """Across above the print, then down, then every mode as the program left it."""
-    axis = safety.build_axis
-    others = [f"{a}{number(v)}" for a, v in target.items() if a != axis]
-    return [
-        *([state.tool] if state.tool else []),
-        *([f"G0 {' '.join(others)} {feed(safety.travel_speed_mm_s)}"] if others else []),
-        f"G0 {axis}{number(target[axis])} {feed(safety.lift_speed_mm_s)}",
-        *_fed(prime_mm, safety),
-        *(["M400"] if _acts_at_once(state) else []),
-        *state.outputs.values(),
-        *_recovered(state, safety),
-        f"G92 E{fixed(state.position.get('E', 0.0), FEED_DECIMALS)}",
-        f"G1 {feed(state.feed_mm_s)}",
-        "G90" if state.absolute else "G91",
-        "M82" if state.absolute_e else "M83",
-        *(["G20"] if state.unit_mm != 1.0 else []),
-    ]
-
-
-def _acts_at_once(state: Replay) -> bool:
-    """Whether an output would change when its command is read, before the moves ahead of it have ended."""
-    return any(code_of(command) in IMMEDIATE_OUTPUTS for command in state.outputs.values())
-
-
-def _fed(mm: float, safety: Safety) -> list[str]:
-    """Material fed, or drawn back where ``mm`` is negative."""
-    word = feed_of(mm)
-    return ["M83", f"G1 {word} {feed(safety.retract_speed_mm_s)}"] if word else []
-
-
-def _recovered(state: Replay, safety: Safety) -> list[str]:
-    """What the close lines let the firmware draw back, where the program had not spoken of that so far."""
-    drawn_back = any(re.match(r"G10(?!\d)", clean(line)) for line in safety.close_lines)
-    spoken_of = any(place.startswith("retraction") for place in state.outputs)
-    return ["G11"] if drawn_back and not spoken_of else []
+def _origins(
+    state: Replay, target: dict[str, float], found: list[str], doubt: str | None
+) -> dict[str, float]:
+    """The machine's coordinate of the program's origin, for each axis that the lines of ``found`` home and
+    whose origin the program had moved: a printer that was reset knows nothing of that."""
+    origins = {a: state.origin(a) for a in sorted(set(target) & _homed(found))}
+    if unknown := [a for a, origin in origins.items() if origin is None]:
+        raise ResumeError(
+            f"{doubt}, and with it went the origin of {', '.join(unknown)}, which the program had moved "
+            "(G92) from a place that only the printer knew: this job cannot be resumed. A program that moves "
+            "each axis to a coordinate between its homing and its G92 can be."
+        )
+    return {a: origin for a, origin in origins.items() if origin}

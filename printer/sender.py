@@ -94,7 +94,10 @@ class Sender(Outgoing):
         elif self.resends.ok():
             return
         elif window.lines and not (window.marks and window.marks[0] == window.acked):
-            self._take(window.acked, now)  # else it is one ok too many
+            self._take(window.acked, now)
+        elif self.other_mark_tried and window.lines == 1 and window.mark == OTHER_MARK:
+            self._take(window.acked, now)  # it tells no position: back to the mark that it does answer
+        # else it is one ok too many
 
     @property
     def _mark_is_under_way(self) -> bool:
@@ -140,6 +143,8 @@ class Sender(Outgoing):
             case Verdict.OBEY if number is not None:
                 if self.probe is not None:
                     window.take(number - 1)  # after a silence, no ok of those is to be expected
+                if self.resends.sure:
+                    window.not_taken(number)
                 self.resends.obeyed(number)
                 self.probe = None
                 window.rewind(number)
@@ -162,6 +167,9 @@ class Sender(Outgoing):
             if error.fatal:
                 self._end(State.KILLED, f"halted with M112; the printer confirms: {error.text}")
         elif error.fatal:
+            # Klipper says !! of a single command too, and then knows where it is.
+            found = refusal(error.text, self.window)
+            self.forgot = found is None or found.lost
             self._fail(
                 f"the printer stopped, in its own words: {error.text}", "Find the cause, then reset it."
             )
@@ -183,7 +191,11 @@ class Sender(Outgoing):
         if self.state is State.STOP and PREVENTED.search(text) and self._stop_was_cold():
             return True
         self.printer_status.refuse(text)
-        if found.fatal and self.state is not State.STOP:
+        self.forgot = self.forgot or found.lost
+        if found.unknown and found.unknown not in self.printer_status.unknown:
+            self.printer_status.unknown.append(found.unknown)
+        elsewhere = found.unknown and self.settings.emulated  # a printer of another firmware may know it
+        if found.fatal and not elsewhere and self.state is not State.STOP:
             self._fail(found.what, found.advice)
         return True
 
@@ -232,6 +244,7 @@ class Sender(Outgoing):
     def abort(self, now: float) -> None:
         """M112, at once and without a number; nothing else follows."""
         if not self.state.final:
+            self.forgot = True
             self.state, self.output, self.progressed = State.ABORT, bytearray(b"\nM112\n"), now
 
     def lost(self, reason: str) -> None:

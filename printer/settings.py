@@ -9,7 +9,7 @@ class Safety:
 
     ``build_axis`` is the letter of the axis along which the print grows, ``lift_mm`` how far the nozzle
     moves off along it; speeds are in mm/s. ``close_lines`` close the valve or retract (E is relative in
-    them), ``stop_lines``
+    them), ``open_lines`` are those with which a program opens the valve, ``stop_lines``
     are sent last at a controlled stop (heaters), ``home_lines`` may run over a standing print after the
     printer forgot its position, and ``build_axis_homes_up`` says that its endstop is on the far side.
     """
@@ -20,6 +20,7 @@ class Safety:
     travel_speed_mm_s: float = 30.0
     retract_speed_mm_s: float = 10.0
     close_lines: tuple[str, ...] = ()
+    open_lines: tuple[str, ...] = ()
     stop_lines: tuple[str, ...] = ()
     home_lines: tuple[str, ...] = ()
     build_axis_homes_up: bool = False
@@ -35,6 +36,8 @@ class Settings:
     ``stall_after_s`` in which it reported but took no line.
     ``boot_wait_s`` is the time for a board that resets when its port is opened; every ``poll_s`` the
     temperatures are asked for, and the answer tells exactly which lines were taken.
+    ``emulated`` says that nothing is at stake: a command that this printer does not know ends no job, for the
+    one that will print may know it.
     """
 
     baud: int = 115200
@@ -46,3 +49,4 @@ class Settings:
     boot_wait_s: float = 3.0
     poll_s: float = 2.0
     safety: Safety = Safety()
+    emulated: bool = False

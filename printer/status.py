@@ -22,6 +22,7 @@ class PrinterStatus:
         self.messages: deque[str] = deque(maxlen=100)  # for a display, which takes them away
         self.answered = False  # any ok was heard
         self.warnings: list[str] = []
+        self.unknown: list[str] = []  # commands that it does not know
         self.refused: list[str] = []  # what was not done, in the firmware's words
 
     def line(self, line: bytes, now: float) -> None:

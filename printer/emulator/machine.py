@@ -18,35 +18,17 @@ COLD_C = 170.0
 
 # Commands that Marlin knows and that change nothing that is emulated.
 SILENT_M = (
-    3,
-    4,
-    5,
-    17,
-    18,
-    42,
-    73,
-    75,
-    76,
-    77,
-    84,
-    92,
-    105,
-    106,
-    107,
-    108,
-    110,
-    117,
-    126,
-    127,
-    128,
-    129,
-    150,
-)
-SILENT_MORE_M = (201, 203, 204, 205, 207, 208, 211, 220, 221, 280, 300, 500, 501, 502, 503, 900)
-SILENT = frozenset(
-    {"G10", "G11", "G17", "G21", "G29", "G34", "M420", "M851"}
-    | {f"M{code}" for code in (*SILENT_M, *SILENT_MORE_M)}
-)
+    3, 4, 5, 7, 8, 9, 10, 11, 17, 18, 20, 21, 22, 27, 31, 42, 73, 75, 76, 77, 78, 80, 81, 84, 92, 105,
+    106, 107, 108, 110, 117, 119, 122, 123, 126, 127, 128, 129, 150, 154, 200, 201, 203, 204, 205, 207,
+    208, 209, 211, 218, 220, 221, 250, 255, 256, 280, 300, 355, 401, 402, 412, 413, 414, 420, 486, 500,
+    501, 502, 503, 504, 710, 851, 876, 900,
+)  # fmt: skip
+SILENT_G = (10, 11, 12, 17, 21, 27, 29, 30, 31, 32, 33, 34, 35, 60)
+SILENT = frozenset({f"G{code}" for code in SILENT_G} | {f"M{code}" for code in SILENT_M})
+OUTPUTS = frozenset(f"M{code}" for code in (3, 4, 5, 7, 8, 9, 10, 11, 42, 106, 107, 126, 127, 280)) | {
+    "G10",
+    "G11",
+}
 BUILD_LINES = (
     "FIRMWARE_NAME:Marlin bugfix-2.1.x (emulated by vslice) PROTOCOL_VERSION:1.0 MACHINE_TYPE:Emulated "
     "EXTRUDER_COUNT:1 UUID:00000000-0000-0000-0000-000000000000"
@@ -98,7 +80,7 @@ class Machine:
         if method is not None:
             yield from method(rest)
         elif code in SILENT:
-            if code in ("M3", "M4", "M5", "M42", "M106", "M107", "M126", "M127", "M280", "G10", "G11"):
+            if code in OUTPUTS:
                 self.outputs.append(text)
         elif not code.startswith("T"):
             self.say(f'echo:Unknown command: "{text}"')

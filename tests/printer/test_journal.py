@@ -205,7 +205,7 @@ def test_a_failed_job_leaves_a_journal_of_what_was_acknowledged(path):
         Job(PROGRAM, open_port("marlin://?clock=fast&fault=kill@2000", 9600), journal=journal).run()
     journal.close()
     assert read_journal(path) == Entry(
-        JOB, caught.value.report.acknowledged, "failed", drawn_back_mm=0.0, nothing_laid=True
+        JOB, caught.value.report.acknowledged, "failed", drawn_back_mm=0.0, lost=True, nothing_laid=True
     )
     assert 1950 < caught.value.report.acknowledged < 2000
 

@@ -109,7 +109,7 @@ def test_behind_a_valve_the_height_of_the_print_is_known_too():
     program = make_program(lines)
     assert highest(program, 7, "Z", ("M42 P4 S0",)) == 3
     assert highest(program, 4, "Z", ("M42 P4 S0",)) == 0.2
-    assert highest(program, 7, "Z") is None
+    assert highest(program, 7, "Z") == 30  # nothing tells: anywhere
 
 
 def test_modes_heaters_and_valve_are_as_the_program_left_them():

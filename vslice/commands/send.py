@@ -191,6 +191,7 @@ def settings_of(profile: "Profile") -> "Settings":
         travel_speed_mm_s=motion.travel_speed_mm_s,
         retract_speed_mm_s=motion.retract_speed_mm_s,
         close_lines=tuple(close),
+        open_lines=tuple(render(profile.gcode.valve_open, profile.values)),
         stop_lines=tuple(render(serial.stop_lines, profile.values)),
         home_lines=tuple(render(serial.resume_home_lines, profile.values)),
     )

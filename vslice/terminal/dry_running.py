@@ -59,6 +59,9 @@ def _tell(ended: "DryRun", rest: str, start_at: int) -> None:
     click.echo(f"warnings   {len(ended.report.warnings)}")
     for warning in warnings[:MOST]:
         click.echo(f"  {warning}")
+    if ended.report.unknown:
+        names = ", ".join(dict.fromkeys(command.split()[0] for command in ended.report.unknown))
+        click.echo(f"not done   {names}: known to another firmware, not carried out by the emulated Marlin")
     if ended.report.refused:
         click.get_current_context().exit(1)  # not all of the program was done
 
