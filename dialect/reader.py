@@ -11,9 +11,9 @@ from functools import reduce
 from operator import xor
 from typing import NamedTuple
 
-from dialect.capacity import fault_of
 from dialect.commands import TEXT_COMMANDS
 from dialect.errors import ReadError
+from dialect.line_limits import fault_of
 from dialect.words import canonical
 
 MAX_RAW = 100_000

@@ -1,5 +1,8 @@
 """A text program becomes a print: protocol, sender, journal, emulator. Knows no geometry: it sends lines.
 
+A reply is parsed in ``protocol``, its free text read in ``firmware_words``, and what was not done is judged
+in ``refusals``.
+
 `stream` is the public call. Importing this package teaches pyserial the scheme ``marlin://``.
 """
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from dialect import reader
-from dialect.capacity import MAX_LINE, fault_of, unescaped
 from dialect.errors import ReadError
+from dialect.line_limits import MAX_LINE, fault_of, unescaped
 from dialect.reader import checksum
 from printer.errors import ProtocolError
 from printer.firmware_words import FATAL, RESET, START

@@ -14,7 +14,7 @@ from printer.journal import LINES_PER_SYNC
 from printer.protocol import clean
 from printer.records import Entry
 from printer.replay import MOTION, WAITING, Replay, highest, replay, words
-from printer.resume_words import way, where_it_goes_on
+from printer.resume_told import way, where_it_goes_on
 from printer.safety import extrusion, lift, number
 from printer.settings import Safety
 

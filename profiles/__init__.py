@@ -1,4 +1,6 @@
-"""What a machine is: the schema of a profile and one TOML file for each shipped machine."""
+"""What a machine is: the schema of a profile and one TOML file for each shipped machine, which says
+what differs from the schema's defaults.
+"""
 
 from profiles.load import ProfileError, load, made, shipped
 from profiles.profile import Profile

@@ -1,4 +1,6 @@
-"""The order and direction of toolpaths: one ``Problem``, one ``Result``, one module for each method."""
+"""The order and direction of toolpaths: one ``Problem``, one ``Result``, and the methods that
+``METHODS`` in ``solve`` names, each in the folder whose means it uses.
+"""
 
 from slicer.sequence.problem import Problem, Result
 from slicer.sequence.solve import METHODS, solve

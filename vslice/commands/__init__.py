@@ -1,1 +1,3 @@
-"""One module per command; each defines a click command named ``command``."""
+"""One module per command; each defines a click command named ``command``, and ``COMMANDS`` in ``vslice.cli``
+names it.
+"""

@@ -102,8 +102,11 @@ def command(
     ignored = (IGNORED_STRAIGHT if objective == "straight" else IGNORED).get(method, ())
     no_effect(f"--method {method}", *(name for name in ignored if name != "workers" or workers > 1))
     restart = target is not None and _may_lose_job(target, send)
+    from slicer.sequence.problem import unit_of
+    from vslice.objective import objective_name
     from vslice.pipeline import Search, slice_grid
 
+    unit = unit_of(objective_name(objective))
     search = Search(method, effort, objective, start, seed, time_limit_s, workers)
     with progress(6) as step, compiling() as first_run, warnings_said():
         if first_run:
@@ -114,7 +117,7 @@ def command(
             overrides,
             search=search,
             step=step,
-            progress=lambda found: step.detail(so_far(found, "s" if objective == "time" else "mm")),
+            progress=lambda found: step.detail(so_far(found, unit)),
         )
         step("writing")
         output.write(target, _encoded(sliced.text()))
@@ -178,9 +181,8 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
 
 def _saved(sliced: "Sliced") -> str:
     """What the order gained against the source paper's hill climbing, in the unit of the objective."""
-    objective = sliced.result.objective
-    unit = "s" if objective == "time" else "mm"
-    what = {"time": "travel", "routed": "routed travel", "straight": "straight travel"}[objective]
+    unit, objective = sliced.result.unit, sliced.result.objective
+    what = "travel" if objective == "time" else f"{objective} travel"
     gained = sliced.greedy - sliced.travel
     part = gained / sliced.greedy if sliced.greedy else 0.0
     before = f"{sliced.greedy:.1f} {unit} of {what}"

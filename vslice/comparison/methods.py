@@ -15,7 +15,7 @@ from gcode import program
 from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
-from slicer.sequence.problem import ObjectiveName, Progress
+from slicer.sequence.problem import ObjectiveName, Progress, unit_of
 from vslice.objective import objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
 from vslice.terminal.session import Steps, so_far
@@ -26,7 +26,6 @@ ONCE, ONCE_STRAIGHT = (
 )
 """Methods that draw nothing at random, and so are run once; and those for straight travel."""
 
-UNITS: dict[ObjectiveName, str] = {"straight": "mm", "routed": "mm", "time": "s"}
 AXIS: dict[ObjectiveName, str] = {
     "straight": "straight travel J [mm]",
     "routed": "routed travel [mm]",
@@ -153,7 +152,7 @@ def run_methods(
 
         def watch(progress: Progress, trace: Trace = trace, begin: float = begin) -> None:
             trace.points.append((time.perf_counter() - begin, progress.cost))
-            step.detail(so_far(progress, UNITS[objective]))
+            step.detail(so_far(progress, unit_of(objective)))
 
         result = sequence.solve(
             problem,
@@ -230,7 +229,9 @@ def as_text(rows: Sequence[Row], file_format: str, objective: ObjectiveName) -> 
         writer.writeheader()
         writer.writerows(records)
         return out.getvalue()
-    heads = {key: f"{head} [{UNITS[objective]}]" if key in COSTS else head for key, head in HEADINGS.items()}
+    heads = {
+        key: f"{head} [{unit_of(objective)}]" if key in COSTS else head for key, head in HEADINGS.items()
+    }
     if objective == "straight":
         heads = {key: head for key, head in heads.items() if key not in COSTS}
     lines = ["| " + " | ".join(heads.values()) + " |", "|---" * len(heads) + "|"]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vslice.terminal.progress import Display, clock, shown
+from vslice.terminal.job_display import Display, clock, shown
 from vslice.terminal.streaming import times_of
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from vslice.terminal.interrupted import on_terminal
-from vslice.terminal.progress import Display
+from vslice.terminal.job_display import Display
 from vslice.terminal.session import said_if_interrupted
 from vslice.terminal.streaming import resume_offered, run, times_of, told
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vslice.terminal.interrupted import known_of
-from vslice.terminal.progress import Display, clock, keys, shown
+from vslice.terminal.job_display import Display, clock, keys, shown
 from vslice.terminal.session import said_if_interrupted, say
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Lower bounds by Lagrangian decomposition into pairs of columns: one held in memory, one streamed."""
+"""Lower bounds, which prove: by Lagrangian decomposition into pairs of columns, held or streamed."""
 
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.streamed_bound import raise_streamed_bound

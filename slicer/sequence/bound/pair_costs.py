@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.problem import CostModel, direct_cost
+from slicer.sequence.problem import CostModel, direct_cost, least_cost_per_mm
 from slicer.sequence.states import Blocks, Section
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
@@ -86,9 +86,7 @@ def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[n
     x = section.segments[:, :, 0]
     seam = np.array([0.5 * (x[section.column == c].min() + x[section.column == c].max()) for c in bounds])
     seam[0], seam[-1] = -np.inf, np.inf
-    timed = section.cost_model.timed
-    # No travel takes less than its length along x at full speed.
-    rate = 1.0 / min(section.cost_model.speed, section.cost_model.speed_x) if timed else 1.0
+    rate = least_cost_per_mm(section.cost_model)
     cross = rate * np.diff(seam)
     # What a travel over a seam column costs beyond that; a concave cost of length never falls behind.
     beyond = np.zeros(len(bounds))

@@ -1,4 +1,6 @@
-"""Local search on a tour: block exchange, descent, perturbation, cooling, refinement by the exact cost."""
+"""Local search on a tour: the move (``block_exchange``); who chooses it (``descent``, ``perturbation`` and,
+by the exact cost, ``refinement``); cooling (``annealing``).
+"""
 
 from slicer.sequence.local_search.annealing import (
     FIRST_TEMPERATURE,

@@ -1,9 +1,11 @@
-"""What is asked and answered: problem, objective, the exact cost of a sequence, the contract of a method."""
+"""What is asked and answered: problem, objective, the exact cost of a sequence, the result; the ``Search``
+that a method is given, when it stops, and its random numbers.
+"""
 
 from slicer.sequence.problem.checks import real_number, whole_number
 from slicer.sequence.problem.directions import directed, start_of
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
-from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName
+from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName, unit_of
 from slicer.sequence.problem.problem import REACH_MM, Problem
 from slicer.sequence.problem.random_numbers import Draws, draw, scrambled
 from slicer.sequence.problem.result import Result
@@ -15,6 +17,7 @@ from slicer.sequence.problem.travel_cost import (
     costs_at_least,
     direct_cost,
     direct_sum,
+    least_cost_per_mm,
     leg_cost,
 )
 
@@ -39,6 +42,7 @@ __all__ = [
     "direct_sum",
     "directed",
     "draw",
+    "least_cost_per_mm",
     "leg_cost",
     "neighbours",
     "real_number",
@@ -47,5 +51,6 @@ __all__ = [
     "start_of",
     "string_cost",
     "true_cost",
+    "unit_of",
     "whole_number",
 ]

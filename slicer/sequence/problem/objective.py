@@ -19,6 +19,11 @@ FARTHEST_MM = 1e5
 """Largest clearance: as far as coordinates reach."""
 
 
+def unit_of(name: ObjectiveName) -> str:
+    """The unit in which an objective counts."""
+    return "s" if name == "time" else "mm"
+
+
 class CostModel(NamedTuple):
     """How the kernels charge for a travel; an argument of compiled code.
 
@@ -97,7 +102,7 @@ class Objective:
     @property
     def unit(self) -> str:
         """The unit of its costs and bounds: "mm" or "s"."""
-        return "s" if self.name == "time" else "mm"
+        return unit_of(self.name)
 
     def relaxes(self, other: "Objective") -> bool:
         """Whether no sequence costs more by this objective than by the other, so that its bounds hold there.

@@ -34,6 +34,14 @@ def leg_cost(cost_model: CostModel, dx: float, dy: float) -> float:
     return float(length / v + v / a)
 
 
+def least_cost_per_mm(cost_model: CostModel) -> float:
+    """What a millimetre along x costs at least, in mm or s; lower bounds are false where a travel costs less.
+
+    No travel takes less than its length along x at full speed.
+    """
+    return 1.0 / min(cost_model.speed, cost_model.speed_x) if cost_model.timed else 1.0
+
+
 @bare_kernel
 def direct_cost(cost_model: CostModel, dx: float, dy: float) -> float:
     """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included."""

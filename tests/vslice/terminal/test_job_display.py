@@ -5,7 +5,7 @@ from dataclasses import replace
 from printer import Progress, State, make_program
 from printer.protocol import Reading
 from profiles import load
-from vslice.terminal.progress import Display
+from vslice.terminal.job_display import Display
 from vslice.terminal.timeline import timeline
 
 LINES = ["G21", "G90", "M83", "M190 S60", "G0 X0 Y0 Z0.2 F6000", "G1 X10 E1 F600", "M109 S90", "G1 X20 E1"]
