@@ -231,9 +231,13 @@ def test_no_worker_outlives_its_parent(how, tmp_path):
         assert parent.stdout.readline() == b"begun\n"
         until(lambda: len(children_of(parent.pid)) == 3, "two workers and the tracker of resources begin")
         workers = children_of(parent.pid)
-        parent.send_signal(how)
-        parent.wait()
-        until(lambda: not any(map(alive, workers)), f"a worker outlives its parent: {workers}")
+        try:
+            parent.send_signal(how)
+            parent.wait()
+            until(lambda: not any(map(alive, workers)), f"a worker outlives its parent: {workers}")
+        finally:
+            for worker in filter(alive, workers):
+                os.kill(worker, signal.SIGKILL)
 
 
 def alive(pid: int) -> bool:
