@@ -178,7 +178,7 @@ class Firmware:
                 return self._refuse("No Checksum with line number")
             if not check.strip().isdigit() or int(check) != checksum(content):
                 return self._refuse("checksum mismatch")
-            if not resets and self._fault(number):
+            if not resets and self._accident(number):
                 return
             self.last_number = number
             line = NUMBER.sub(b"", line, count=1)
@@ -195,7 +195,7 @@ class Firmware:
         self.say(f"Resend: {self.last_number + 1 if wanted is None else wanted}")
         self.say("ok")
 
-    def _fault(self, number: int) -> bool:
+    def _accident(self, number: int) -> bool:
         """Let a scripted fault happen at this line; whether the line is lost by it."""
         kind = self.options.faults.at_line(number)
         match kind:

@@ -182,13 +182,13 @@ class LosesItsPlace(Odd):
             return [] if getattr(self, "silent", False) else [text]
         return [text]
 
-    def _fault(self, number):
+    def _accident(self, number):
         if number == 150 and not getattr(self, "silent", False):
             self.silent = True
             self.machine.planner.advance(self.now)
             self.boot()
             return True
-        return super()._fault(number)
+        return super()._accident(number)
 
 
 @pytest.mark.parametrize("command_s", [0.0, 0.05])
@@ -203,13 +203,13 @@ def test_a_printer_that_was_reset_unheard_ends_the_job_with_nothing_printed_twic
 class AsksForAnOldLine(Odd):
     """At line 153 it asks for line 20, and would take it."""
 
-    def _fault(self, number):
+    def _accident(self, number):
         if number == 153 and not getattr(self, "asked", False):
             self.asked = True
             self.last_number = 19
             self._refuse("Line Number is not Last Line Number+1")
             return True
-        return super()._fault(number)
+        return super()._accident(number)
 
 
 def test_a_printer_that_asks_for_an_old_line_ends_the_job_with_nothing_printed_twice():
