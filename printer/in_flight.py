@@ -103,8 +103,8 @@ class Window:
         return data
 
     def use_other_mark(self) -> None:
-        """The answers to one mark tell nothing here: those that are in flight are lines like any other."""
-        self.mark = OTHER_MARK if self.mark == MARK else MARK
+        """The answers to M105 tell nothing here: those that are in flight are lines like any other."""
+        self.mark = OTHER_MARK
         self.marks.clear()
         self._unanswered.clear()
 
@@ -132,11 +132,6 @@ class Window:
         mark, _ = self._unanswered.popleft()
         if not self._unanswered and mark <= self.acked:
             self.proved = max(self.proved, mark + 1)
-
-    def not_taken(self, number: int) -> None:
-        """The printer has taken no line from ``number`` on, beyond doubt: no mark there is answered as it
-        was sent."""
-        self._unanswered = deque(entry for entry in self._unanswered if entry[0] < number)
 
     def is_own(self, number: int) -> bool:
         """Whether ``number`` carries a line of our own."""

@@ -53,7 +53,6 @@ class Outgoing:
         self.heating = 0  # the last line that waits for a heater
         self.marks = Marks(self.window, settings.poll_s, now)
         self.busy_times, self.allowed_s = BusyTimes(self.window), 0.0
-        self.other_mark_tried = False  # at the end, as the answers to the first proved nothing
         self.room = 0  # free command slots, where the printer tells them
         self.output = bytearray()
         self.begun = self.progressed = now
@@ -158,10 +157,7 @@ class Outgoing:
             self.output += window.send()
         if self.tail_given and not self.pending and not window.waiting:
             if window.proved < window.top:  # the answer may have been another's: ask in other words
-                # Back to the first only from here: elsewhere the answers to M105 tell nothing.
-                if window.mark != OTHER_MARK or self.other_mark_tried:
-                    window.use_other_mark()
-                    self.other_mark_tried = True
+                window.use_other_mark()
                 self.pending.append(window.mark)
                 self._fill(now)
                 return

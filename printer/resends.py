@@ -35,7 +35,6 @@ class Resends:
         self.asked, self.late, self.repeats = 0, 0, 0  # the last one obeyed, its echoes to come, their count
         self.open = False  # the line asked for has not been taken yet
         self._doubted: int | None = None  # one that was not believed when it came first
-        self.sure = False  # the last request was made twice, by its own number and by the error before it
         self._last: int | None = None  # what the error before it named as the last line taken
         self._ok_follows = True  # whether this firmware says ok behind a request
         self._swallowed = False  # an ok was taken for that of the last request
@@ -66,7 +65,6 @@ class Resends:
         """A request for line ``number`` came (None: unreadable)."""
         window, last = self.window, self._last
         self._last = None
-        self.sure = last is not None and number == last + 1
         if number is not None and number == self.asked + 1:
             self.missed()
         self.swallow, self._swallowed = self._ok_follows, False

@@ -94,10 +94,7 @@ class Sender(Outgoing):
         elif self.resends.ok():
             return
         elif window.lines and not (window.marks and window.marks[0] == window.acked):
-            self._take(window.acked, now)
-        elif self.other_mark_tried and window.lines == 1 and window.mark == OTHER_MARK:
-            self._take(window.acked, now)  # it tells no position: back to the mark that it does answer
-        # else it is one ok too many
+            self._take(window.acked, now)  # else it is one ok too many
 
     @property
     def _mark_is_under_way(self) -> bool:
@@ -143,8 +140,6 @@ class Sender(Outgoing):
             case Verdict.OBEY if number is not None:
                 if self.probe is not None:
                     window.take(number - 1)  # after a silence, no ok of those is to be expected
-                if self.resends.sure:
-                    window.not_taken(number)
                 self.resends.obeyed(number)
                 self.probe = None
                 window.rewind(number)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slow_searches import fail_second, lose_second, wait_for_ever
 
 from slicer.errors import SequenceError, SequenceWarning
 from slicer.sequence import METHODS, Problem, solve
@@ -52,13 +53,6 @@ def test_workers_find_the_best_of_their_seeds(method, reference, recwarn):
     assert not both.stopped
 
 
-def wait_for_ever(search: Search, method: str) -> None:
-    """Tell of a sequence, and search on without looking at the time, as a long kernel does."""
-    multistart(search)
-    while True:
-        time.sleep(1.0)
-
-
 def test_a_time_limit_ends_workers_that_do_not_look_at_it(reference):
     problem, _ = reference("2x2_s1")
     told = []
@@ -85,18 +79,6 @@ def test_a_time_limit_ends_a_search_of_workers(reference):
     assert result.objective == "time"
     assert problem.refusal(result.order) is None
     assert result.cost <= greedy.cost
-
-
-def lose_second(search: Search, method: str) -> None:
-    multistart(search)
-    if search.seed:
-        os._exit(1)
-
-
-def fail_second(search: Search, method: str) -> None:
-    multistart(search)
-    if search.seed:
-        raise ZeroDivisionError("of the second")
 
 
 def test_one_worker_that_is_lost_costs_not_the_answers_of_the_others(reference):
