@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import CrossingError, SlicerError
+from slicer.nozzle import NozzleBody, in_the_way
 from slicer.sweep import NONE, sweep
 
 EPS_MM = 1e-9
@@ -46,6 +47,30 @@ def covering_edges(segments: ArrayLike) -> NDArray[np.int32]:
     if low != NONE:
         raise CrossingError((low, high), _describe_crossing(lines, low, high))
     return edges[np.lexsort((edges[:, 1], edges[:, 0]))]
+
+
+def hindering_edges(segments: ArrayLike, body: NozzleBody) -> NDArray[np.int32]:
+    """Precedence under a nozzle with a body: row (a, b): a is printed before b, or b would stand in its way.
+
+    The transitive closure of the rows is that of the whole relation: "is below", and "the other would push
+    deeper into the body than may be". It may have cycles; then no order is printable.
+
+    Args:
+        segments: float64 (n, 2, 2), [endpoint, xy] in mm.
+        body: the nozzle.
+
+    Returns:
+        int32 (m, 2), sorted.
+
+    Raises:
+        CrossingError, SlicerError: see ``covering_edges``.
+    """
+    plain = covering_edges(segments)
+    if body.is_point or len(np.asarray(segments)) < 2:
+        return plain
+    later, earlier = np.nonzero(in_the_way(body, np.ascontiguousarray(segments, np.float64)))
+    rows = np.unique(np.concatenate([plain, np.stack([earlier, later], axis=1).astype(np.int32)]), axis=0)
+    return np.ascontiguousarray(rows, np.int32)
 
 
 def columns(segments: ArrayLike) -> NDArray[np.int32]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from slicer.nozzle import POINT
 from slicer.sequence.bound import PairBound
 from slicer.sequence.layered import doubled, drop_dominated, insert, keep_best, new_pool, rebuild_table
 from slicer.sequence.local_search import refine
@@ -17,11 +18,14 @@ def rehearse() -> None:
     problem = Problem(
         segments,
         edges,
+        edges,
         pred_start=np.array([0, 0, 1, 2, 2, 3, 4], np.int32),
         pred=np.array([0, 1, 3, 4], np.int32),
         succ_start=np.array([0, 1, 2, 2, 3, 4, 4], np.int32),
         succ=np.array([1, 2, 4, 5], np.int32),
         column=np.array([0, 0, 0, 1, 1, 1], np.int32),
+        body=POINT,
+        allowed=np.ones((6, 2), np.bool_),
         first=0,
         first_flipped=False,
     )

@@ -11,25 +11,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem.problem import Problem
+from slicer.sequence.problem.problem import Problem, compressed
 
 
 def realizer(problem: Problem) -> NDArray[np.int32]:
     """Ranks of the toolpaths in the leftmost and in the rightmost topological order, O(n log n).
 
     Returns:
-        int32 (n, 2); a lies below b exactly where both ranks of a are below those of b.
+        int32 (n, 2); a lies below b exactly where both ranks of a are below those of b. What a nozzle's body
+        forbids besides is not among it.
     """
     n = problem.n
     # Toolpaths just above one another's ground share no open range of x: their middles order them.
     middle = problem.segments[:, :, 0].mean(axis=1)
-    rows = np.repeat(np.arange(n), np.diff(problem.succ_start))
-    succ = problem.succ[np.lexsort((middle[problem.succ], rows))]
-    minimal = np.flatnonzero(np.diff(problem.pred_start) == 0)
+    below = problem.below  # a nozzle's body adds to the precedence what is not planar
+    succ_start, succ = compressed(below[:, 0], below[:, 1], n)
+    rows = np.repeat(np.arange(n), np.diff(succ_start))
+    succ = succ[np.lexsort((middle[succ], rows))]
+    minimal = np.flatnonzero(np.bincount(below[:, 1], minlength=n) == 0)
     lowest: NDArray[np.int32] = minimal[np.argsort(middle[minimal], kind="stable")].astype(np.int32)
     ranks = np.empty((n, 2), np.int32)
-    ranks[:, 0] = _reversed_postorder(problem.succ_start, succ, lowest, True)
-    ranks[:, 1] = _reversed_postorder(problem.succ_start, succ, lowest, False)
+    ranks[:, 0] = _reversed_postorder(succ_start, succ, lowest, True)
+    ranks[:, 1] = _reversed_postorder(succ_start, succ, lowest, False)
     return ranks
 
 

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer import precedence
+from slicer.cycles import check_acyclic
 from slicer.errors import SequenceError
+from slicer.nozzle import POINT, NozzleBody, allowed_directions
 from slicer.sequence.problem.checks import truth, whole_number
 
 REACH_MM = 1e5
@@ -22,11 +24,16 @@ class Problem:
 
     Attributes:
         segments: float64 (n, 2, 2), [endpoint, xy] in mm, C-contiguous.
-        edges: int32 (m, 2), the covering relation; row (a, b): a is printed before b.
+        edges: int32 (m, 2), row (a, b): a is printed before b. Their closure is the precedence: without a
+            body the covering relation of "is below", else also what would stand in the nozzle's way.
+        below: int32 (k, 2), the covering relation of "is below" alone, which is planar.
         pred_start, pred: int32 (n + 1,) and (m,); the toolpaths just below s are
             ``pred[pred_start[s]:pred_start[s + 1]]``.
         succ_start, succ: the same for the toolpaths just above.
-        column: int32 (n,), the column of each toolpath; columns are tied by cost alone.
+        column: int32 (n,), the column of each toolpath. Of a point nozzle columns are tied by cost alone; a
+            body ties them by precedence too.
+        body: the nozzle.
+        allowed: bool (n, 2), whether toolpath s may be printed in direction f; one of the two always.
         first: the toolpath to begin with, or None where any printable one may be.
         first_flipped: the direction of the first toolpath, or None where it is free. Without ``first``
             it holds for whichever toolpath comes first.
@@ -34,22 +41,38 @@ class Problem:
 
     segments: NDArray[np.float64]
     edges: NDArray[np.int32]
+    below: NDArray[np.int32]
     pred_start: NDArray[np.int32]
     pred: NDArray[np.int32]
     succ_start: NDArray[np.int32]
     succ: NDArray[np.int32]
     column: NDArray[np.int32]
+    body: NozzleBody
+    allowed: NDArray[np.bool_]
     first: int | None
     first_flipped: bool | None
 
     @classmethod
     def build(
-        cls, segments: ArrayLike, *, first: int | None = None, first_flipped: bool | None = None
+        cls,
+        segments: ArrayLike,
+        *,
+        body: NozzleBody = POINT,
+        downhill_deg: float = 90.0,
+        first: int | None = None,
+        first_flipped: bool | None = None,
     ) -> "Problem":
         """Derive the precedence of ``segments`` (n, 2, 2) in mm.
 
+        Args:
+            body: the nozzle, for which toolpaths can stand in one another's way.
+            downhill_deg: steepest tilt at which a toolpath may be printed downwards, see
+                ``nozzle.allowed_directions``.
+            first, first_flipped: see ``Problem``.
+
         Raises:
             CrossingError: two toolpaths cross.
+            CycleError: toolpaths stand in one another's way, so that no order is printable.
             SequenceError: the segments have another shape, or reach beyond ``REACH_MM``; ``first`` is no
                 toolpath, or cannot be printed first; ``first_flipped`` is no truth value.
             SlicerError: a coordinate is not finite.
@@ -61,10 +84,15 @@ class Problem:
             )
         if first_flipped is not None:
             first_flipped = truth("first_flipped", first_flipped, "Give None to leave the direction free.")
-        edges = precedence.covering_edges(lines)
+        below = precedence.covering_edges(lines)
         n = len(lines)
-        pred_start, pred = _compressed(edges[:, 1], edges[:, 0], n)
-        succ_start, succ = _compressed(edges[:, 0], edges[:, 1], n)
+        edges = below
+        if not body.is_point:
+            edges = precedence.hindering_edges(lines, body)
+            check_acyclic(n, edges)
+        allowed = allowed_directions(lines, downhill_deg)
+        pred_start, pred = compressed(edges[:, 1], edges[:, 0], n)
+        succ_start, succ = compressed(edges[:, 0], edges[:, 1], n)
         if first is not None and n:
             if not 0 <= first < n:
                 raise SequenceError(f"first toolpath {first}: there are {n}, numbered from 0")
@@ -77,11 +105,14 @@ class Problem:
         return cls(
             lines,
             edges,
+            below,
             pred_start,
             pred,
             succ_start,
             succ,
             precedence.columns(lines),
+            body,
+            allowed,
             first if n else None,
             first_flipped,
         )
@@ -147,7 +178,7 @@ def _lines(segments: ArrayLike) -> NDArray[np.float64]:
     return lines
 
 
-def _compressed(
+def compressed(
     rows: NDArray[np.int32], values: NDArray[np.int32], n: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Group ``values`` by row: those of row s are ``grouped[start[s]:start[s + 1]]``."""
