@@ -1,0 +1,6 @@
+"""Toolpaths that stand in one another's way: cut into pieces that do not, or printed all the same."""
+
+from slicer.cutting.cut import Cut, cut
+from slicer.cutting.pressing import Pressing, press
+
+__all__ = ["Cut", "Pressing", "cut", "press"]
