@@ -240,7 +240,7 @@ def test_the_least_pressing_is_that_of_all_orders(seed):
 
 
 def test_what_lies_straight_above_is_never_printed_first_however_little_that_presses():
-    low, high = [[0.0, 0.0], [0.1, 1.0]], [[0.099, 1.12], [0.4, 0.0]]
+    low, high = [[-0.3, 0.9], [0.1, 1.0]], [[0.099, 1.12], [0.4, 0.0]]
     body = NozzleBody.of(1.0, press_mm=0.1)
     done = press(np.array([low, high]), body)
     assert done.pairs.tolist() == [[0, 1]]
