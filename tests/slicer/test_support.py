@@ -1,0 +1,54 @@
+"""What hangs, held against Shapely's buffers."""
+
+import numpy as np
+import pytest
+from shapely.geometry import LineString, box
+
+from slicer.generate import random_walk
+from slicer.hatch import hatch
+from slicer.support import SLACK, hanging
+
+
+def by_buffers(toolpaths, height):
+    lowest = toolpaths[:, :, 1].min()
+    length, bridge = [], []
+    for k, line in enumerate(toolpaths):
+        reach = height[k] * SLACK
+        left = LineString(line) - box(-1e3, -1e3, 1e3, lowest + reach)
+        for earlier in toolpaths[:k]:
+            left = left - LineString(earlier).buffer(reach, quad_segs=500)
+        parts = [part for part in getattr(left, "geoms", [left]) if part.length > 1e-6]
+        length.append(sum(part.length for part in parts))
+        bridge.append(max((part.length for part in parts), default=0.0))
+    return np.array(length), np.array(bridge)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_hangs_is_what_no_buffer_reaches(seed):
+    random = np.random.default_rng(seed)
+    toolpaths = hatch(random_walk(2, 2, seed=seed)).segments
+    toolpaths = toolpaths[random.permutation(len(toolpaths))]
+    height = random.choice([0.05, 0.1, 0.2], len(toolpaths))
+    found = hanging(toolpaths, height)
+    length, bridge = by_buffers(toolpaths, height)
+    assert found.length_mm == pytest.approx(length, abs=2e-4)
+    assert found.bridge_mm == pytest.approx(bridge, abs=2e-4)
+    assert found.length_mm.max() > 0.1
+
+
+def test_level_toolpaths_from_the_bed_upwards_do_not_hang():
+    rows = np.array([[[0.0, y], [1.0, y]] for y in np.arange(10) * 0.1])
+    assert hanging(rows, np.full(10, 0.1)).length_mm.max() == 0
+
+
+def test_the_first_above_the_bed_is_a_bridge_where_nothing_is_under_it():
+    lines = np.array([[[0.0, 0.0], [0.3, 0.0]], [[0.0, 0.1], [1.0, 0.1]], [[0.2, 0.5], [0.8, 0.5]]])
+    found = hanging(lines, np.full(3, 0.1))
+    assert found.length_mm == pytest.approx([0, 0, 0.6], abs=1e-6)
+    lines[1, :, 1] = 0.15
+    found = hanging(lines, np.full(3, 0.1))
+    assert found.bridge_mm == pytest.approx([0, 1, 0.6], abs=1e-6)
+
+
+def test_nothing_hangs_in_an_empty_print():
+    assert len(hanging(np.empty((0, 2, 2)), np.empty(0)).length_mm) == 0
