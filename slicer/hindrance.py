@@ -1,0 +1,345 @@
+"""Which toolpaths the body of the nozzle would hit, found by following the edge of what a toolpath forbids.
+
+Once toolpath A is printed, the tip may no longer be where a point of A would lie in the hard core of the
+body (see ``slicer.nozzle``). Both parts of the core, needle and shoulder, are convex and go up without end;
+so what A forbids is, for each of them, all that lies below one concave line, the sum of A and the mirrored
+lower edge of the core. From the higher end of A it runs level by the half width to either side, then down
+along A, then down the flank. What passes below that line somewhere must be printed before A.
+
+At each x only the highest toolpath below the line needs to be named, the others lie below that one. The line
+is therefore followed through the trapezoids of the sheet (``slicer.trapezoids``), and the toolpath below is
+taken down in each of them. A flank is followed only until the flank of a toolpath that was taken down lies
+higher: from there on, that one's line tells the rest. As it lies higher, no two can rely on each other.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import inner_kernel, kernel
+from slicer.nozzle import EPS_MM, NozzleBody, stands_in_the_way
+from slicer.trapezoids import (
+    Ends,
+    Points,
+    Trapezoids,
+    behind_wall,
+    cut,
+    height_at,
+    on_top_of,
+    underneath,
+    upright_under,
+)
+from slicer.treap import NONE
+
+X_EPS_MM = 1e-9
+"""Two x that differ by no more count as the same, and so do two heights: see ``precedence.EPS_MM``."""
+
+
+class Edge(NamedTuple):
+    """The lower edge of a part of the hard core, mirrored: what a point forbids to the tip.
+
+    Attributes:
+        drop: how far below the point the level part lies, in mm.
+        width: half width of the level part.
+        steep: how fast the flanks fall beyond; infinity for none.
+        straight: whether this is no part of the body, but the half-line below the tip.
+    """
+
+    drop: float
+    width: float
+    steep: float
+    straight: bool
+
+
+STRAIGHT = Edge(X_EPS_MM, 0.0, math.inf, True)
+"""What lies straight below a toolpath comes before it, whatever the nozzle."""
+
+
+def edges_of(body: NozzleBody) -> list[Edge]:
+    """The lower edges of needle and shoulder, where anything of them is left within ``press``."""
+    if body.is_point:
+        return []
+    press = body.press + EPS_MM
+    # The flanks moved inwards, and where they meet.
+    at_tip = body.half_width - press * math.hypot(1.0, body.flank)
+    width = at_tip + body.flank * press
+    found = []
+    if width > 0 and body.flank == 0:
+        found.append(Edge(press, width, math.inf, False))
+    elif body.flank > 0:
+        drop = press if width > 0 else -at_tip / body.flank
+        found.append(Edge(drop, max(width, 0.0), 1 / body.flank, False))
+    if body.length < math.inf and body.shoulder > press:
+        found.append(Edge(body.length + press, body.shoulder - press, math.inf, False))
+    return found
+
+
+class Starts(NamedTuple):
+    """Where the lines of each query begin: at its higher end, less the drop.
+
+    Attributes:
+        point: float64 (q, e, 2), of each query and edge, in mm.
+        at: int32 (q, e, 2), the trapezoid that holds it on the way to the right and to the left.
+        wall: int32 (q,), the wall at which it stands, or -1.
+        passing: int32 (q,), of an upright query the toolpath that passes below it; the number of toolpaths
+            where there is none.
+    """
+
+    point: NDArray[np.float64]
+    at: NDArray[np.int32]
+    wall: NDArray[np.int32]
+    passing: NDArray[np.int32]
+
+
+def hindered_by(
+    body: NozzleBody,
+    lines: NDArray[np.float64],
+    ranks: tuple[NDArray[np.int32], NDArray[np.int32]],
+    queries: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """See ``precedence.hindered``; without queries, what toolpaths hinder by the body alone.
+
+    Args:
+        body: the nozzle.
+        lines: float64 (n, 2, 2) in mm, from left to right, uprights from below.
+        ranks: int32 (n,) twice, of the x of both ends.
+        queries: float64 (q, 2, 2) in the same manner.
+
+    Returns:
+        (start int32 (q + 1,), toolpath int32): query k hinders ``toolpath[start[k]:start[k + 1]]``.
+    """
+    own = queries is None
+    asked = lines if queries is None else queries
+    edges = edges_of(body) + ([] if own else [STRAIGHT])
+    if len(lines) == 0 or len(asked) == 0 or not edges:
+        return np.zeros(len(asked) + 1, np.int32), np.empty(0, np.int32)
+    ends = Ends.of(lines, *ranks)
+    starts, points = _starts(asked, edges, ends.x)
+    to_right, to_left, found = cut(lines, ends, points)
+    q = len(asked)
+    starts.at[:] = found[: 2 * q * len(edges)].reshape(q, len(edges), 2)
+    starts.passing[:] = len(lines)
+    passing = found[2 * q * len(edges) :]
+    on_wall = starts.wall[_upright(asked)] >= 0
+    starts.passing[_upright(asked)] = np.where(on_wall, passing, to_right.low[np.where(on_wall, 0, passing)])
+    shape = np.array(edges, np.float64)
+    return _follow(body, (lines, asked), own, shape, starts, to_right, to_left)
+
+
+def _upright(asked: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.asarray(asked[:, 1, 0] - asked[:, 0, 0] <= X_EPS_MM, np.bool_)
+
+
+def _starts(asked: NDArray[np.float64], edges: list[Edge], x: NDArray[np.float64]) -> tuple[Starts, Points]:
+    """The starts, and as points: on the way to the right and to the left, and the lower ends of uprights."""
+    q, e = len(asked), len(edges)
+    top = np.where((asked[:, 0, 1] > asked[:, 1, 1])[:, None], asked[:, 0], asked[:, 1])
+    point = np.repeat(top[:, None], e, axis=1)
+    point[:, :, 1] -= [edge.drop for edge in edges]
+    after = np.searchsorted(x, top[:, 0] + X_EPS_MM, side="right")
+    before = np.searchsorted(x, top[:, 0] - X_EPS_MM, side="left")
+    wall = np.where(before < after, before, -1).astype(np.int32)
+    upright = _upright(asked)
+    moment = np.concatenate(
+        [
+            np.repeat(2 * np.stack([after, before], axis=1)[:, None], e, axis=1).ravel(),
+            np.where(wall >= 0, 2 * before + 1, 2 * before)[upright],
+        ]
+    )
+    feet = asked[upright, 0] + [0.0, X_EPS_MM]
+    xy = np.concatenate([np.repeat(point[:, :, None], 2, axis=2).reshape(-1, 2), feet])
+    starts = Starts(point, np.empty((q, e, 2), np.int32), wall, np.empty(q, np.int32))
+    return starts, Points(xy, moment, np.argsort(moment, kind="stable"))
+
+
+@kernel
+def _follow(
+    body: NozzleBody,
+    segments: tuple[NDArray[np.float64], NDArray[np.float64]],
+    own: bool,
+    edges: NDArray[np.float64],
+    starts: Starts,
+    to_right: Trapezoids,
+    to_left: Trapezoids,
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Follow all lines of all queries, of which query k is toolpath k where they are its ``own``."""
+    lines, asked = segments
+    n, q = len(lines), len(asked)
+    begin = np.zeros(q + 1, np.int32)
+    taken = np.empty(4 * q + n, np.int32)
+    new = np.empty(n, np.int32)
+    # 2k: toolpath was looked at for query k, 2k + 1: and is hindered
+    seen = np.full(n, -1, np.int64)
+    total = 0
+    for k in range(q):
+        count = 0
+        if own:
+            seen[k] = 2 * k
+        for e in range(len(edges)):
+            count = _walk(
+                body, (lines, asked[k]), (k, e, 0, own), edges[e], starts, to_right, (seen, new), count
+            )
+            count = _walk(
+                body, (lines, asked[k]), (k, e, 1, own), edges[e], starts, to_left, (seen, new), count
+            )
+        if not own and starts.passing[k] < n:
+            count = _take(body, (lines, asked[k]), (k, 0, 0, own), starts.passing[k], (seen, new), count)
+        if total + count > len(taken):
+            longer = np.empty(2 * len(taken) + count, np.int32)
+            longer[:total] = taken[:total]
+            taken = longer
+        for c in range(count):
+            taken[total + c] = new[c]
+        total += count
+        begin[k + 1] = total
+    return begin, taken[:total].copy()
+
+
+@inner_kernel
+def _walk(
+    body: NozzleBody,
+    segments: tuple[NDArray[np.float64], NDArray[np.float64]],
+    task: tuple[int, int, int, bool],
+    edge: NDArray[np.float64],
+    starts: Starts,
+    sheet: Trapezoids,
+    record: tuple[NDArray[np.int64], NDArray[np.int32]],
+    count: int,
+) -> int:
+    """Follow one line to one side and take down what lies below it; returns how many are taken down now.
+
+    Args:
+        task: the query, the edge, the side (0: to the right), and whether queries are toolpaths themselves.
+        edge: numbers of an ``Edge``.
+        record: see ``_take``.
+    """
+    lines, asked = segments
+    k, e, side, _ = task
+    seen = record[0]
+    sign = 1.0 - 2.0 * side
+    bottom, top = len(lines), len(lines) + 1
+    width, steep = edge[1], edge[2]
+    x, y = sign * starts.point[k, e, 0], starts.point[k, e, 1]
+    run, fall = asked[1, 0] - asked[0, 0], asked[1, 1] - asked[0, 1]
+    # Along the toolpath the line falls on the side of its lower end alone, and flatter than the flank.
+    if (fall >= 0.0) == (side == 0) or run <= X_EPS_MM or abs(fall) >= steep * run:
+        run = fall = 0.0
+    else:
+        fall = -abs(fall) / run
+    mine = _flank(asked, sign, steep)
+    at = starts.at[k, e, side]
+    if starts.wall[k] >= 0:
+        wall = starts.wall[k] if side == 0 else len(sheet.upright_start) - 2 - starts.wall[k]
+        upright = upright_under(sheet, wall, lines, y)
+        if upright != NONE:
+            count = _take(body, segments, task, upright, record, count)
+    for piece in range(3):
+        from_x, from_y = x, y
+        if piece == 0:
+            slope, stop = 0.0, x + width
+        elif piece == 1:
+            slope, stop = fall, x + run
+        elif steep < np.inf:
+            slope, stop = -steep, np.inf
+        else:
+            break
+        while x < stop:
+            low, high = sheet.low[at], sheet.high[at]
+            until = min(stop, sheet.end[at])
+            until_y = from_y + slope * (until - from_x)
+            # Where the line leaves through a side of the trapezoid; slopes tell on which side it may.
+            leaves = NONE
+            if high != top and slope > sheet.line[high, 2] and until_y > height_at(sheet, high, until):
+                leaves = high
+            elif low != bottom and slope < sheet.line[low, 2] and until_y < height_at(sheet, low, until):
+                leaves = low
+            if leaves != NONE:
+                gap = from_y + slope * (x - from_x) - height_at(sheet, leaves, x)
+                until = max(x, min(until, x + gap / (sheet.line[leaves, 2] - slope)))
+            if low != bottom:
+                count = _take(body, segments, task, low, record, count)
+                if piece == 2 and seen[low] == 2 * k + 1 and _flank(lines[low], sign, steep) > mine:
+                    stop = min(stop, _flank_begins(lines[low], sign, steep) + width)
+            x = until
+            if leaves != NONE:
+                at = on_top_of(sheet, high, x) if leaves == high else underneath(sheet, low, x)
+            elif x < stop:
+                wall = sheet.wall[at]
+                if wall == len(sheet.upright_start) - 1:
+                    return count
+                y = from_y + slope * (x - from_x)
+                upright = upright_under(sheet, wall, lines, y)
+                if upright != NONE:
+                    count = _take(body, segments, task, upright, record, count)
+                at = behind_wall(sheet, wall, x, y)
+                if piece == 2 and sheet.low[at] == bottom and y < sheet.floor:
+                    return count
+        y = from_y + slope * (x - from_x)
+    return count
+
+
+@inner_kernel
+def _take(
+    body: NozzleBody,
+    segments: tuple[NDArray[np.float64], NDArray[np.float64]],
+    task: tuple[int, int, int, bool],
+    s: int,
+    record: tuple[NDArray[np.int64], NDArray[np.int32]],
+    count: int,
+) -> int:
+    """Take down toolpath s if the query hinders it; returns how many are taken down now.
+
+    Args:
+        record: what was looked at (2k for query k, 2k + 1 if it is hindered), and what is taken down.
+    """
+    lines, asked = segments
+    k, _, _, own = task
+    seen, new = record
+    if seen[s] >= 2 * k:
+        return count
+    seen[s] = 2 * k
+    if stands_in_the_way(body, asked, lines[s]) or (not own and _lies_below(lines[s], asked)):
+        seen[s] = 2 * k + 1
+        new[count] = s
+        count += 1
+    return count
+
+
+@inner_kernel
+def _flank(line: NDArray[np.float64], sign: float, steep: float) -> float:
+    """How high the flank of a toolpath lies: y on the axis x = 0 of a line through one of its ends."""
+    return float(max(line[0, 1] + steep * sign * line[0, 0], line[1, 1] + steep * sign * line[1, 0]))
+
+
+@inner_kernel
+def _flank_begins(line: NDArray[np.float64], sign: float, steep: float) -> float:
+    """x, along the way, of that end."""
+    first = line[0, 1] + steep * sign * line[0, 0] > line[1, 1] + steep * sign * line[1, 0]
+    return float(sign * (line[0, 0] if first else line[1, 0]))
+
+
+@inner_kernel
+def _lies_below(low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Whether one segment lies straight below another, by the definition in ``slicer.precedence``."""
+    left, right = max(low[0, 0], high[0, 0]), min(low[1, 0], high[1, 0])
+    low_upright = low[1, 0] - low[0, 0] <= X_EPS_MM
+    high_upright = high[1, 0] - high[0, 0] <= X_EPS_MM
+    if low_upright and high_upright:
+        return bool(abs(left - right) <= X_EPS_MM and low[1, 1] <= high[0, 1] + X_EPS_MM)
+    if low_upright:
+        inside = high[0, 0] + X_EPS_MM < left < high[1, 0] - X_EPS_MM
+        return bool(inside and low[1, 1] <= _y_at(high, left) + X_EPS_MM)
+    if high_upright:
+        inside = low[0, 0] + X_EPS_MM < left < low[1, 0] - X_EPS_MM
+        return bool(inside and _y_at(low, left) <= high[0, 1] + X_EPS_MM)
+    if right - left <= X_EPS_MM:
+        return False
+    middle = (left + right) / 2
+    return bool(_y_at(low, middle) < _y_at(high, middle) - X_EPS_MM)
+
+
+@inner_kernel
+def _y_at(line: NDArray[np.float64], x: float) -> float:
+    return float(line[0, 1] + (line[1, 1] - line[0, 1]) / (line[1, 0] - line[0, 0]) * (x - line[0, 0]))
