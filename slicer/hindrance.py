@@ -170,56 +170,56 @@ def _follow(
     begin = np.zeros(q + 1, np.int32)
     taken = np.empty(4 * q + n, np.int32)
     new = np.empty(n, np.int32)
-    # 2k: toolpath was looked at for query k, 2k + 1: and is hindered
-    seen = np.full(n, -1, np.int64)
+    seen = np.full(n, -1, np.int32)  # the last query for which a toolpath was met
     total = 0
     for k in range(q):
-        count = 0
         if own:
-            seen[k] = 2 * k
-        for e in range(len(edges)):
-            count = _walk(
-                body, (lines, asked[k]), (k, e, 0, own), edges[e], starts, to_right, (seen, new), count
-            )
-            count = _walk(
-                body, (lines, asked[k]), (k, e, 1, own), edges[e], starts, to_left, (seen, new), count
-            )
-        if not own and starts.passing[k] < n:
-            count = _take(body, (lines, asked[k]), (k, 0, 0, own), starts.passing[k], (seen, new), count)
+            seen[k] = k
+        count = 0
+        if starts.passing[k] < n:
+            count = _note(starts.passing[k], k, seen, new, count)
+        for line in range(2 * len(edges)):
+            e, side = line // 2, line % 2
+            sheet = to_right if side == 0 else to_left
+            count = _walk((lines, asked[k]), (k, e, side), edges[e], starts, sheet, seen, new, count)
         if total + count > len(taken):
             longer = np.empty(2 * len(taken) + count, np.int32)
             longer[:total] = taken[:total]
             taken = longer
         for c in range(count):
-            taken[total + c] = new[c]
-        total += count
+            s = new[c]
+            # What is met within rounding errors is not hindered, nor is what only its place on a wall tells.
+            if stands_in_the_way(body, asked[k], lines[s]) or (not own and _lies_below(lines[s], asked[k])):
+                taken[total] = s
+                total += 1
         begin[k + 1] = total
     return begin, taken[:total].copy()
 
 
 @inner_kernel
 def _walk(
-    body: NozzleBody,
     segments: tuple[NDArray[np.float64], NDArray[np.float64]],
-    task: tuple[int, int, int, bool],
+    task: tuple[int, int, int],
     edge: NDArray[np.float64],
     starts: Starts,
     sheet: Trapezoids,
-    record: tuple[NDArray[np.int64], NDArray[np.int32]],
+    seen: NDArray[np.int32],
+    new: NDArray[np.int32],
     count: int,
 ) -> int:
-    """Follow one line to one side and take down what lies below it; returns how many are taken down now.
+    """Follow one line to one side and note what it meets; returns how many toolpaths are noted now.
 
     Args:
-        task: the query, the edge, the side (0: to the right), and whether queries are toolpaths themselves.
+        segments: the toolpaths, and the query.
+        task: numbers of the query and the edge, and the side: 0 to the right, 1 to the left.
         edge: numbers of an ``Edge``.
-        record: see ``_take``.
+        seen, new, count: see ``_note``.
     """
     lines, asked = segments
-    k, e, side, _ = task
-    seen = record[0]
+    k, e, side = task
     sign = 1.0 - 2.0 * side
     bottom, top = len(lines), len(lines) + 1
+    walls = len(sheet.upright_start) - 1
     width, steep = edge[1], edge[2]
     x, y = sign * starts.point[k, e, 0], starts.point[k, e, 1]
     run, fall = asked[1, 0] - asked[0, 0], asked[1, 1] - asked[0, 1]
@@ -230,11 +230,10 @@ def _walk(
         fall = -abs(fall) / run
     mine = _flank(asked, sign, steep)
     at = starts.at[k, e, side]
-    if starts.wall[k] >= 0:
-        wall = starts.wall[k] if side == 0 else len(sheet.upright_start) - 2 - starts.wall[k]
-        upright = upright_under(sheet, wall, lines, y)
-        if upright != NONE:
-            count = _take(body, segments, task, upright, record, count)
+    wall = starts.wall[k]
+    if wall >= 0:
+        wall = wall if side == 0 else walls - 1 - wall
+        count = _note(upright_under(sheet, wall, lines, y), k, seen, new, count)
     for piece in range(3):
         from_x, from_y = x, y
         if piece == 0:
@@ -248,63 +247,49 @@ def _walk(
         while x < stop:
             low, high = sheet.low[at], sheet.high[at]
             until = min(stop, sheet.end[at])
-            until_y = from_y + slope * (until - from_x)
-            # Where the line leaves through a side of the trapezoid; slopes tell on which side it may.
+            y = from_y + slope * (until - from_x)
+            # Where the line leaves through a side of the trapezoid; slopes tell through which it may.
             leaves = NONE
-            if high != top and slope > sheet.line[high, 2] and until_y > height_at(sheet, high, until):
+            if high != top and slope > sheet.line[high, 2] and y > height_at(sheet, high, until):
                 leaves = high
-            elif low != bottom and slope < sheet.line[low, 2] and until_y < height_at(sheet, low, until):
+            elif low != bottom and slope < sheet.line[low, 2] and y < height_at(sheet, low, until):
                 leaves = low
             if leaves != NONE:
                 gap = from_y + slope * (x - from_x) - height_at(sheet, leaves, x)
                 until = max(x, min(until, x + gap / (sheet.line[leaves, 2] - slope)))
+                y = from_y + slope * (until - from_x)
             if low != bottom:
-                count = _take(body, segments, task, low, record, count)
-                if piece == 2 and seen[low] == 2 * k + 1 and _flank(lines[low], sign, steep) > mine:
-                    stop = min(stop, _flank_begins(lines[low], sign, steep) + width)
+                count = _note(low, k, seen, new, count)
+                if piece == 2 and _flank(lines[low], sign, steep) > mine:
+                    middle = (x + until) / 2
+                    if from_y + slope * (middle - from_x) > height_at(sheet, low, middle) + EPS_MM:
+                        stop = min(stop, _flank_begins(lines[low], sign, steep) + width)
             x = until
             if leaves != NONE:
                 at = on_top_of(sheet, high, x) if leaves == high else underneath(sheet, low, x)
             elif x < stop:
                 wall = sheet.wall[at]
-                if wall == len(sheet.upright_start) - 1:
+                if wall == walls or y < sheet.floor:
                     return count
-                y = from_y + slope * (x - from_x)
-                upright = upright_under(sheet, wall, lines, y)
-                if upright != NONE:
-                    count = _take(body, segments, task, upright, record, count)
+                count = _note(upright_under(sheet, wall, lines, y), k, seen, new, count)
                 at = behind_wall(sheet, wall, x, y)
-                if piece == 2 and sheet.low[at] == bottom and y < sheet.floor:
-                    return count
-        y = from_y + slope * (x - from_x)
     return count
 
 
 @inner_kernel
-def _take(
-    body: NozzleBody,
-    segments: tuple[NDArray[np.float64], NDArray[np.float64]],
-    task: tuple[int, int, int, bool],
-    s: int,
-    record: tuple[NDArray[np.int64], NDArray[np.int32]],
-    count: int,
-) -> int:
-    """Take down toolpath s if the query hinders it; returns how many are taken down now.
+def _note(s: int, k: int, seen: NDArray[np.int32], new: NDArray[np.int32], count: int) -> int:
+    """Note that query k meets toolpath s, if there is one; returns how many are noted now.
 
     Args:
-        record: what was looked at (2k for query k, 2k + 1 if it is hindered), and what is taken down.
+        seen: int32 (n,), the last query that met each toolpath.
+        new: int32 (n,), those that this one has met, in no order.
+        count: how many those are.
     """
-    lines, asked = segments
-    k, _, _, own = task
-    seen, new = record
-    if seen[s] >= 2 * k:
+    if s == NONE or seen[s] == k:
         return count
-    seen[s] = 2 * k
-    if stands_in_the_way(body, asked, lines[s]) or (not own and _lies_below(lines[s], asked)):
-        seen[s] = 2 * k + 1
-        new[count] = s
-        count += 1
-    return count
+    seen[s] = k
+    new[count] = s
+    return count + 1
 
 
 @inner_kernel
