@@ -83,8 +83,7 @@ class Starts(NamedTuple):
         point: float64 (q, e, 2), of each query and edge, in mm.
         at: int32 (q, e, 2), the trapezoid that holds it on the way to the right and to the left.
         wall: int32 (q,), the wall at which it stands, or -1.
-        passing: int32 (q,), of an upright query the toolpath that passes below it; the number of toolpaths
-            where there is none.
+        passing: int32 (q,), of an upright query the toolpath that passes below it, or -1.
     """
 
     point: NDArray[np.float64]
@@ -120,12 +119,15 @@ def hindered_by(
     to_right, to_left, found = cut(lines, ends, points)
     q = len(asked)
     starts.at[:] = found[: 2 * q * len(edges)].reshape(q, len(edges), 2)
-    starts.passing[:] = len(lines)
+    starts.passing[:] = NONE
     passing = found[2 * q * len(edges) :]
     on_wall = starts.wall[_upright(asked)] >= 0
-    starts.passing[_upright(asked)] = np.where(on_wall, passing, to_right.low[np.where(on_wall, 0, passing)])
+    under = np.where(on_wall, passing, to_right.low[np.where(on_wall, 0, passing)])
+    starts.passing[_upright(asked)] = np.where(under < len(lines), under, NONE)
     shape = np.array(edges, np.float64)
-    return _follow(body, (lines, asked), own, shape, starts, to_right, to_left)
+    right = _meet((lines, asked), own, shape, starts, to_right, 0)
+    left = _meet((lines, asked), own, shape, starts, to_left, 1)
+    return _confirm(body, (lines, asked), own, right, left)
 
 
 def _upright(asked: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -155,45 +157,80 @@ def _starts(asked: NDArray[np.float64], edges: list[Edge], x: NDArray[np.float64
 
 
 @kernel
-def _follow(
-    body: NozzleBody,
+def _meet(
     segments: tuple[NDArray[np.float64], NDArray[np.float64]],
     own: bool,
     edges: NDArray[np.float64],
     starts: Starts,
-    to_right: Trapezoids,
-    to_left: Trapezoids,
+    sheet: Trapezoids,
+    side: int,
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Follow all lines of all queries, of which query k is toolpath k where they are its ``own``."""
+    """(start, toolpath): what the lines of each query meet on one side, which may not all be hindered.
+
+    Args:
+        segments: the toolpaths, and the queries.
+        own: whether query k is toolpath k.
+        edges: float64 (e, 4), numbers of each ``Edge``.
+        sheet: the trapezoids on the way to that side.
+        side: 0 to the right, 1 to the left.
+    """
     lines, asked = segments
     n, q = len(lines), len(asked)
     begin = np.zeros(q + 1, np.int32)
-    taken = np.empty(4 * q + n, np.int32)
+    met = np.empty(4 * q + n, np.int32)
     new = np.empty(n, np.int32)
-    seen = np.full(n, -1, np.int32)  # the last query for which a toolpath was met
+    seen = np.full(n, -1, np.int32)  # the last query that met a toolpath
     total = 0
     for k in range(q):
         if own:
             seen[k] = k
-        count = 0
-        if starts.passing[k] < n:
-            count = _note(starts.passing[k], k, seen, new, count)
-        for line in range(2 * len(edges)):
-            e, side = line // 2, line % 2
-            sheet = to_right if side == 0 else to_left
+        count = _note(starts.passing[k], k, seen, new, 0)
+        for e in range(len(edges)):
             count = _walk((lines, asked[k]), (k, e, side), edges[e], starts, sheet, seen, new, count)
-        if total + count > len(taken):
-            longer = np.empty(2 * len(taken) + count, np.int32)
-            longer[:total] = taken[:total]
-            taken = longer
+        if total + count > len(met):
+            longer = np.empty(2 * len(met) + count, np.int32)
+            for c in range(total):
+                longer[c] = met[c]
+            met = longer
         for c in range(count):
-            s = new[c]
-            # What is met within rounding errors is not hindered, nor is what only its place on a wall tells.
+            met[total + c] = new[c]
+        total += count
+        begin[k + 1] = total
+    return begin, met[:total]
+
+
+@kernel
+def _confirm(
+    body: NozzleBody,
+    segments: tuple[NDArray[np.float64], NDArray[np.float64]],
+    own: bool,
+    right: tuple[NDArray[np.int32], NDArray[np.int32]],
+    left: tuple[NDArray[np.int32], NDArray[np.int32]],
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """(start, toolpath): of what is met on both sides, what is hindered.
+
+    What is met within rounding errors may not be, nor need an upright which only its wall tells of.
+    """
+    lines, asked = segments
+    to_right, on_right = right
+    to_left, on_left = left
+    q = len(asked)
+    begin = np.zeros(q + 1, np.int32)
+    out = np.empty(len(on_right) + len(on_left), np.int32)
+    seen = np.full(len(lines), -1, np.int32)
+    total = 0
+    for k in range(q):
+        rights = to_right[k + 1] - to_right[k]
+        for c in range(rights + to_left[k + 1] - to_left[k]):
+            s = on_right[to_right[k] + c] if c < rights else on_left[to_left[k] + c - rights]
+            if seen[s] == k:
+                continue
+            seen[s] = k
             if stands_in_the_way(body, asked[k], lines[s]) or (not own and _lies_below(lines[s], asked[k])):
-                taken[total] = s
+                out[total] = s
                 total += 1
         begin[k + 1] = total
-    return begin, taken[:total].copy()
+    return begin, out[:total].copy()
 
 
 @inner_kernel
