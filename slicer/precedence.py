@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import CrossingError, SlicerError
-from slicer.nozzle import NozzleBody, in_the_way
-from slicer.sweep import NONE, sweep
+from slicer.nozzle import NozzleBody
+from slicer.sweep import sweep
+from slicer.treap import NONE
 
 EPS_MM = 1e-9
 """Two x that differ by no more count as the same, and so do two heights."""
@@ -53,7 +54,8 @@ def hindering_edges(segments: ArrayLike, body: NozzleBody) -> NDArray[np.int32]:
     """Precedence under a nozzle with a body: row (a, b): a is printed before b, or b would stand in its way.
 
     The transitive closure of the rows is that of the whole relation: "is below", and "the other would push
-    deeper into the body than may be". It may have cycles; then no order is printable.
+    deeper into the body than may be". It may have cycles; then no order is printable. The rows hold all of
+    ``covering_edges``, and of the others a few a toolpath: see ``slicer.hindrance``.
 
     Args:
         segments: float64 (n, 2, 2), [endpoint, xy] in mm.
@@ -65,12 +67,43 @@ def hindering_edges(segments: ArrayLike, body: NozzleBody) -> NDArray[np.int32]:
     Raises:
         CrossingError, SlicerError: see ``covering_edges``.
     """
-    plain = covering_edges(segments)
+    below = covering_edges(segments)
     if body.is_point or len(np.asarray(segments)) < 2:
-        return plain
-    later, earlier = np.nonzero(in_the_way(body, np.ascontiguousarray(segments, np.float64)))
-    rows = np.unique(np.concatenate([plain, np.stack([earlier, later], axis=1).astype(np.int32)]), axis=0)
-    return np.ascontiguousarray(rows, np.int32)
+        return below
+    # What only a body needs is neither loaded nor compiled for a point.
+    from slicer.hindrance import hindered_by
+    from slicer.implied_edges import Lists, without_implied
+
+    lines = _left_to_right(segments)
+    ranks = _ranks(lines[:, 0, 0], lines[:, 1, 0])
+    return without_implied(below, Lists(*hindered_by(body, lines, ranks)))
+
+
+def hindered(
+    segments: ArrayLike, queries: ArrayLike, body: NozzleBody
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """What each query would hinder, were it laid like a toolpath: that must all come before it.
+
+    A query hinders a toolpath that lies straight below it, or for which it would stand in the way of the
+    body. Only the highest are named: every other toolpath that a query hinders comes before one of those,
+    by "is below" or by ``hindering_edges``. Takes about as long as ``hindering_edges`` for as many toolpaths.
+
+    Args:
+        segments: float (n, 2, 2), the toolpaths in mm; they must not cross.
+        queries: float (q, 2, 2) in mm; they may touch toolpaths, but not cross them.
+        body: the nozzle.
+
+    Returns:
+        (start int32 (q + 1,), toolpath int32): query k hinders ``toolpath[start[k]:start[k + 1]]``.
+
+    Raises:
+        SlicerError: a coordinate is not finite.
+    """
+    from slicer.hindrance import hindered_by
+
+    lines = _left_to_right(segments)
+    ranks = _ranks(lines[:, 0, 0], lines[:, 1, 0]) if len(lines) else (np.empty(0, np.int32),) * 2
+    return hindered_by(body, lines, ranks, _left_to_right(queries))
 
 
 def columns(segments: ArrayLike) -> NDArray[np.int32]:
