@@ -1,0 +1,47 @@
+"""Hops between toolpaths over which the bead may go on, so that the feed need not stop."""
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from slicer import precedence
+from slicer.nozzle import NozzleBody
+
+
+def joinable(
+    segments: NDArray[np.float64], order: ArrayLike, flipped: ArrayLike, body: NozzleBody, join_mm: float
+) -> NDArray[np.bool_]:
+    """Which hops of a sequence may be extruded as far as what is printed after them goes.
+
+    What a hop lays is material like any other: it must not lie above a toolpath that is still to be printed, nor
+    stand in its way, nor cross it. Whether the straight way is free of what is printed before says
+    ``travel.plan``.
+
+    Args:
+        segments: float64 (n, 2, 2), [endpoint, xy] in mm.
+        order: int (n,), the toolpath that is printed k-th.
+        flipped: bool (n,), whether the k-th is printed from its second endpoint.
+        body: the nozzle.
+        join_mm: no longer hop is extruded; 0 for none.
+
+    Returns:
+        bool (n,): whether the hop to the k-th may be; never to the first.
+    """
+    sequence, flip = np.asarray(order, np.int64), np.asarray(flipped, np.intp)
+    n = len(sequence)
+    out = np.zeros(n, np.bool_)
+    if n < 2 or join_mm <= 0:
+        return out
+    hops = np.stack([segments[sequence[:-1], 1 - flip[:-1]], segments[sequence[1:], flip[1:]]], axis=1)
+    length = np.hypot(*(hops[:, 1] - hops[:, 0]).T)
+    asked = np.flatnonzero((length <= join_mm) & (length > precedence.EPS_MM))
+    lines = shapely.linestrings(hops[asked])
+    crossing, _ = shapely.STRtree(shapely.linestrings(segments)).query(lines, predicate="crosses")
+    asked = np.delete(asked, np.unique(crossing))
+    start, toolpath = precedence.hindered(segments, hops[asked], body)
+    place = np.empty(n, np.int64)
+    place[sequence] = np.arange(n)
+    hop = np.repeat(asked, np.diff(start))
+    out[asked + 1] = True
+    out[hop[place[toolpath] > hop] + 1] = False
+    return out
