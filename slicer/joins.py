@@ -13,8 +13,8 @@ def joinable(
 ) -> NDArray[np.bool_]:
     """Which hops of a sequence may be extruded as far as what is printed after them goes.
 
-    What a hop lays is material like any other: it must not lie above a toolpath that is still to be printed, nor
-    stand in its way, nor cross it. Whether the straight way is free of what is printed before says
+    What a hop lays is material like any other: it must not lie above a toolpath that is still to be printed,
+    nor stand in its way, nor cross it. Whether the straight way is free of what is printed before says
     ``travel.plan``.
 
     Args:

@@ -1,0 +1,52 @@
+"""Hops that may be extruded, held against every pair of a hop and a toolpath."""
+
+import numpy as np
+from fields import grids
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from shapely.geometry import LineString
+
+from slicer.cutting.hindering import hindering
+from slicer.errors import CycleError
+from slicer.hatch import hatch
+from slicer.joins import joinable
+from slicer.nozzle import POINT, NozzleBody
+from slicer.sequence import Problem, solve
+
+bodies = st.sampled_from(
+    [POINT, NozzleBody.of(0.3, press_mm=0.1), NozzleBody.of(0.2, 30, 0.8, 2.0, 0.1), NozzleBody.of(0.5, 0)]
+)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(grids(max_tiles=2), bodies, st.integers(0, 3))
+def test_a_join_hinders_nothing_that_comes_later(grid, body, seed):
+    segments = hatch(grid).segments
+    assume(1 < len(segments) <= 80)
+    try:
+        problem = Problem.build(segments, body=body)
+    except CycleError:
+        assume(False)
+    # Cheap sequences hop past little: one of chance, and the methods' own.
+    found = solve(problem, method="greedy", seed=seed)
+    order, flipped = found.order, found.flipped ^ (np.random.default_rng(seed).random(problem.n) < 0.3)
+    allowed = joinable(segments, order, flipped, body, 0.6)
+    assert not allowed[0]
+    for k in range(1, len(order)):
+        hop = np.array([segments[order[k - 1], 1 - int(flipped[k - 1])], segments[order[k], int(flipped[k])]])
+        length = np.hypot(*(hop[1] - hop[0]))
+        if not 1e-6 < length < 0.6 - 1e-9:
+            assert not allowed[k] or length <= 0.6
+            continue
+        later = segments[order[k:]]
+        line = LineString(hop)
+        crosses = any(line.crosses(LineString(other)) for other in segments)
+        in_the_way = hindering(body, np.ascontiguousarray(np.concatenate([hop[None], later])))[0].any()
+        assert allowed[k] == (not crosses and not in_the_way), (hop, length)
+
+
+def test_no_hop_is_joined_where_none_may_be():
+    rows = np.array([[[0.0, y], [1.0, y]] for y in (0.0, 0.1, 0.2)])
+    assert not joinable(rows, [0, 1, 2], [0, 1, 0], POINT, 0.0).any()
+    assert joinable(rows, [0, 1, 2], [0, 1, 0], POINT, 0.15).tolist() == [False, True, True]
+    assert len(joinable(rows[:0], [], [], POINT, 1.0)) == 0
