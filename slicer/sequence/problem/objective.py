@@ -34,6 +34,8 @@ class CostModel(NamedTuple):
         acceleration, acceleration_x, acceleration_y: the same, in mm/s².
         fixed: seconds of retraction or of the valve, for each travel longer than ``fixed_from`` mm.
         fixed_from: see ``fixed``.
+        join: a direct hop of at most so many mm is extruded instead of travelled; 0 for none.
+        join_speed: how fast the nozzle moves there, in mm/s.
     """
 
     timed: bool
@@ -46,6 +48,8 @@ class CostModel(NamedTuple):
     acceleration_y: float
     fixed: float
     fixed_from: float
+    join: float
+    join_speed: float
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,9 @@ class Objective:
         acceleration_mm_s2: travel acceleration, and the limits of the sheet's x and y axis.
         fixed_s: time of retraction or of the valve, for each travel longer than ``fixed_from_mm``.
         fixed_from_mm: see ``fixed_s``.
+        join_mm: "time" counts a direct hop of at most this length as extruded: at ``join_speed_mm_s``,
+            without stops and without ``fixed_s``; 0 for none.
+        join_speed_mm_s: see ``join_mm``.
 
     Raises:
         SequenceError: there is no such objective; or a number is none, or outside its bounds. Speeds are
@@ -72,6 +79,8 @@ class Objective:
     acceleration_mm_s2: tuple[float, float, float] = (np.inf, np.inf, np.inf)
     fixed_s: float = 0.0
     fixed_from_mm: float = 0.0
+    join_mm: float = 0.0
+    join_speed_mm_s: float = 1.0
 
     def __post_init__(self) -> None:
         names = get_args(ObjectiveName)
@@ -94,6 +103,10 @@ class Objective:
             "fixed_s": real_number("fixed_s", self.fixed_s, "Give 0 for no fixed time.", 0.0, LARGEST),
             "fixed_from_mm": real_number(
                 "fixed_from_mm", self.fixed_from_mm, "Give 0 for every travel.", 0.0, np.inf
+            ),
+            "join_mm": real_number("join_mm", self.join_mm, "Give 0 to join nothing.", 0.0, FARTHEST_MM),
+            "join_speed_mm_s": real_number(
+                "join_speed_mm_s", self.join_speed_mm_s, "Give the print speed.", SMALLEST, LARGEST
             ),
         }
         for field, value in clean.items():
@@ -127,4 +140,6 @@ class Objective:
             *self.acceleration_mm_s2,
             self.fixed_s if timed else 0.0,
             self.fixed_from_mm,
+            self.join_mm if timed else 0.0,
+            self.join_speed_mm_s,
         )

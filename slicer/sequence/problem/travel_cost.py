@@ -39,14 +39,31 @@ def least_cost_per_mm(cost_model: CostModel) -> float:
 
     No travel takes less than its length along x at full speed.
     """
-    return 1.0 / min(cost_model.speed, cost_model.speed_x) if cost_model.timed else 1.0
+    return 1.0 / min(_fastest(cost_model), cost_model.speed_x) if cost_model.timed else 1.0
+
+
+@bare_kernel
+def _fastest(cost_model: CostModel) -> float:
+    """No nozzle is faster between toolpaths, in mm/s."""
+    return max(cost_model.speed, cost_model.join_speed) if cost_model.join > 0.0 else cost_model.speed
 
 
 @bare_kernel
 def direct_cost(cost_model: CostModel, dx: float, dy: float) -> float:
-    """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included."""
+    """Cost of a travel by (dx, dy) mm that nothing is in the way of, the fixed time included.
+
+    A short hop over which the bead goes on costs the time of laying it: the nozzle neither stops nor starts.
+    """
+    squared = dx * dx + dy * dy
+    if squared <= cost_model.join**2 and cost_model.timed and squared > EPS_MM**2:
+        slowest = max(
+            np.sqrt(squared) / cost_model.join_speed,
+            abs(dx) / cost_model.speed_x,
+            abs(dy) / cost_model.speed_y,
+        )
+        return float(slowest)
     cost = leg_cost(cost_model, dx, dy)
-    if cost_model.fixed > 0.0 and dx * dx + dy * dy > max(cost_model.fixed_from, EPS_MM) ** 2:
+    if cost_model.fixed > 0.0 and squared > max(cost_model.fixed_from, EPS_MM) ** 2:
         cost += cost_model.fixed
     return cost
 
@@ -75,7 +92,7 @@ def costs_at_least(points: NDArray[np.float64], cost_model: CostModel, u: int, v
     if u < 0 or v < 0:
         return most <= 0.0
     if cost_model.timed:
-        most *= cost_model.speed
+        most *= _fastest(cost_model)
     dx, dy = points[v, 0] - points[u ^ 1, 0], points[v, 1] - points[u ^ 1, 1]
     return most <= 0.0 or dx * dx + dy * dy >= most * most
 
