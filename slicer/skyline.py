@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from slicer.envelope import raise_by, raise_upright
 from slicer.kernels import inner_kernel, kernel
+from slicer.nozzle import EPS_MM as PRESS_EPS_MM
 from slicer.nozzle import NozzleBody
 from slicer.pieces import (
     CURSOR,
@@ -173,9 +174,11 @@ def _raise(sky: Skyline, segment: NDArray[np.float64], lowered: float) -> bool:
         line = (lines[k, 0], lines[k, 1] - lowered, lines[k, 2], lines[k, 3] - lowered)
         if not raise_by(piece, link, place, line):
             return False
+    # As far below as its reach, for a bend of a hair where the two meet would be a stop of every travel.
+    yl, yr = segment[first, 1] - PRESS_EPS_MM, segment[second, 1] - PRESS_EPS_MM
     if xr - xl <= EPS_MM:
-        return raise_upright(piece, link, place, xl, max(segment[0, 1], segment[1, 1]))
-    return raise_by(piece, link, place, (xl, segment[first, 1], xr, segment[second, 1]))
+        return raise_upright(piece, link, place, xl, max(yl, yr))
+    return raise_by(piece, link, place, (xl, yl, xr, yr))
 
 
 @inner_kernel
