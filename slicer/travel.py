@@ -6,9 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SlicerError
-from slicer.kernels import kernel
-from slicer.skyline import lay, new_skyline, overpass
+from slicer.kernels import inner_kernel, kernel
+from slicer.nozzle import POINT, NozzleBody
+from slicer.skyline import Skyline, lay, lay_to_leave, new_skyline, overpass, replace
 from slicer.taut_string import EPS_MM
+
+NO_ROOM = -1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,18 +47,26 @@ def straight_mm(toolpaths: NDArray[np.float64]) -> float:
 
 
 def plan(
-    segments: NDArray[np.float64], order: ArrayLike, flipped: ArrayLike, *, clearance_mm: float = 0.0
+    segments: NDArray[np.float64],
+    order: ArrayLike,
+    flipped: ArrayLike,
+    *,
+    clearance_mm: float = 0.0,
+    body: NozzleBody = POINT,
 ) -> Plan:
     """Route every travel of a printable sequence.
 
     A travel is straight unless that would take the nozzle below the skyline of printed material
     strictly inside its x-range. Otherwise it follows the taut string over the skyline, lifted by
-    ``clearance_mm``: up from the toolpath's end, over, and down to the next one's start.
+    ``clearance_mm``: up from the toolpath's end, over, and down to the next one's start. With a body, the
+    skyline is that of everything that stands in its way (``slicer.skyline``), but for what a tip that
+    leaves the lower end of a toolpath has of its rise in the body already.
 
     Args:
         segments: float (n, 2, 2), [endpoint, xy] in mm.
         order: int (n,), the toolpath that is printed k-th; below before above.
         flipped: bool (n,), whether the k-th is printed from its second endpoint.
+        body: the nozzle, under which the sequence is printable.
 
     Raises:
         SlicerError: a negative clearance.
@@ -68,32 +79,64 @@ def plan(
     ).reshape(-1, 2, 2)
     if len(toolpaths) == 0:
         return Plan(toolpaths, sequence, np.empty((0, 2)), np.zeros(1, np.int64), 0.0, 0.0)
-    via, via_start, routed = _routes(toolpaths, clearance_mm)
+    doublings, routed = 0, NO_ROOM
+    while routed < 0:
+        via, via_start, routed = _routes(toolpaths, clearance_mm, body, doublings)
+        doublings += 1
     return Plan(toolpaths, sequence, via, via_start, straight_mm(toolpaths), routed)
 
 
 @kernel
 def _routes(
-    toolpaths: NDArray[np.float64], clearance: float
+    toolpaths: NDArray[np.float64], clearance: float, body: NozzleBody, doublings: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
-    """Waypoints of all travels, where those of each begin, and the length of the travels."""
+    """Waypoints of all travels, where those of each begin, and the length of the travels; ``NO_ROOM`` for it
+    where the skyline needs more room.
+    """
     n = len(toolpaths)
-    piece, link = new_skyline(n)
+    sky = new_skyline(toolpaths, body, doublings)
     via = np.empty((n + 16, 2))
     via_start = np.zeros(n + 1, np.int64)
-    hull = np.empty((4 * n + 8, 2))
-    cursor, used = lay(piece, link, 0, 2, toolpaths[0])
-    count = 0
-    length = 0.0
-    for k in range(1, n):
+    k, length = 1, 0.0
+    while True:
+        k, length = _route(sky, toolpaths, clearance, via, via_start, k, length)
+        if k == n or length == NO_ROOM:
+            break
+        count = via_start[k]
+        wider = np.empty((2 * len(via) + len(sky.hull), 2))
+        for t in range(count):
+            wider[t, 0], wider[t, 1] = via[t, 0], via[t, 1]
+        via = wider
+    return via[: via_start[n]].copy(), via_start, length
+
+
+@inner_kernel
+def _route(
+    sky: Skyline,
+    toolpaths: NDArray[np.float64],
+    clearance: float,
+    via: NDArray[np.float64],
+    via_start: NDArray[np.int64],
+    first: int,
+    length: float,
+) -> tuple[int, float]:
+    """Go on at the travel to toolpath ``first``: the travel for which ``via`` is too short, and the length
+    so far. Where nothing is allocated, no references are counted, which takes as long as all else.
+    """
+    hull, point = sky.hull, sky.body.half_width == 0.0
+    count = via_start[first]
+    for k in range(first, len(toolpaths)):
         start, end = toolpaths[k - 1, 1], toolpaths[k, 0]
+        if k == first and k > 1:  # it has been laid
+            pass
+        elif point:
+            replace(sky.piece, sky.link, sky.place, toolpaths[k - 1])
+        elif not lay_to_leave(sky, toolpaths[k - 1], 1):
+            return k, NO_ROOM
         via_start[k] = count
-        size, cursor = overpass(piece, link, cursor, start, end, hull)
+        size = overpass(sky.piece, sky.link, sky.place, hull, start, end)
         if count + size > len(via):
-            wider = np.empty((2 * len(via) + size, 2))
-            for t in range(count):
-                wider[t, 0], wider[t, 1] = via[t, 0], via[t, 1]
-            via = wider
+            return k, length
         here_x, here_y = start[0], start[1]
         for t in range(size):
             x, y = hull[t, 0], hull[t, 1] + clearance
@@ -106,6 +149,7 @@ def _routes(
             length += step
             here_x, here_y = x, y
         length += np.hypot(end[0] - here_x, end[1] - here_y)
-        cursor, used = lay(piece, link, cursor, used, toolpaths[k])
-    via_start[n] = count
-    return via[:count].copy(), via_start, length
+        if not point and not lay(sky, toolpaths[k - 1]):
+            return k, NO_ROOM
+    via_start[len(toolpaths)] = count
+    return len(toolpaths), length

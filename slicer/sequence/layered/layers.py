@@ -207,8 +207,8 @@ def expand(
                             cost_model,
                             sky,
                             printed,
-                            min(column[u >> 1], column[path]),
-                            max(column[u >> 1], column[path]),
+                            (column[u >> 1], column[path]),
+                            (u >> 1, segments[u >> 1]),
                             (out_x, out_y),
                             (segments[path, f, 0], segments[path, f, 1]),
                         )

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
+from slicer.nozzle import NozzleBody
 from slicer.sequence.problem import (
     FORBIDDEN,
     CostModel,
@@ -23,7 +24,7 @@ from slicer.sequence.problem import (
     skyline_cost,
     start_of,
 )
-from slicer.skyline import LEFT, lay, new_skyline
+from slicer.skyline import lay, lay_to_leave, new_skyline
 
 
 def merge_tours(
@@ -45,8 +46,18 @@ def merge_tours(
         return first
     printed = prefix_hashes(every)
     cost_model = objective.cost_model
-    price = _routed_links if objective.routed else _direct_links
-    links = price(problem.segments, cost_model, start_of(problem), every, printed)
+    start = start_of(problem)
+    if objective.routed:
+        doublings = 0
+        while True:
+            links = _routed_links(
+                problem.segments, problem.body, cost_model, start, every, printed, doublings
+            )
+            if len(links):
+                break
+            doublings += 1
+    else:
+        links = _direct_links(problem.segments, cost_model, start, every, printed)
     return _cross(every, printed, links)
 
 
@@ -88,19 +99,23 @@ def _direct_links(
 @kernel
 def _routed_links(
     segments: NDArray[np.float64],
+    body: NozzleBody,
     cost_model: CostModel,
     start: int,
     tours: NDArray[np.int32],
     printed: NDArray[np.uint64],
+    doublings: int,
 ) -> NDArray[np.float64]:
-    """As ``_direct_links``, but over the skyline of what is printed."""
+    """As ``_direct_links``, but over the skyline of what is printed; empty where that needs more room."""
     k, n = tours.shape
     out = np.full((k, k, n), np.inf)
-    hull = np.empty((4 * n + 8, 2))
     for s in range(k):
-        piece, link = new_skyline(n)
-        cursor, used = LEFT, 2
+        sky = new_skyline(segments, body, doublings)
         for p in range(n):
+            if p > 0:
+                u = tours[s, p - 1]
+                if not lay_to_leave(sky, segments[u >> 1], 1 - (u & 1)):
+                    return out[:0]
             for t in range(k):
                 v = tours[t, p]
                 if printed[s, p] != printed[t, p]:
@@ -110,8 +125,9 @@ def _routed_links(
                     continue
                 u = tours[s, p - 1]
                 begin, end = segments[u >> 1, 1 - (u & 1)], segments[v >> 1, v & 1]
-                out[s, t, p], cursor = skyline_cost(piece, link, cursor, begin, end, hull, cost_model)
-            cursor, used = lay(piece, link, cursor, used, segments[tours[s, p] >> 1])
+                out[s, t, p] = skyline_cost(sky.piece, sky.link, sky.place, sky.hull, begin, end, cost_model)
+            if p > 0 and body.half_width > 0.0 and not lay(sky, segments[tours[s, p - 1] >> 1]):
+                return out[:0]
     return out
 
 

@@ -57,7 +57,7 @@ def window_search(
     while n > 1:
         length = min(length, n)
         gained = 0.0
-        ground, done = Ground(problem.segments), 0
+        ground, done = Ground(problem.segments, problem.body), 0
         for begin in _begins(n, length):
             if budget.spent >= budget.limit or search.should_stop():
                 return best

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
+from slicer.pieces import FREED, LEFT, RIGHT, USED
 from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange
 from slicer.sequence.local_search.descent import best_move
 from slicer.sequence.local_search.perturbation import REACH, random_exchange
@@ -23,14 +24,24 @@ from slicer.sequence.problem import (
     skyline_cost,
     true_cost,
 )
-from slicer.skyline import LEFT, RIGHT, lay, new_skyline
+from slicer.skyline import (
+    Skyline,
+    append,
+    clear,
+    lay,
+    lay_to_leave,
+    new_skyline,
+    replace,
+    skyline_with_room,
+    with_laid,
+)
 
 TRIES_PER_TOOLPATH = {"quick": 5, "default": 40, "high": 300}
 SWEEPS = 2
 WINDOW = 60
 """Positions that are priced together."""
-Skyline = tuple[NDArray[np.float64], NDArray[np.int32]]
-"""Pieces and links, see ``slicer.skyline``."""
+ROOM_FACTOR, ROOM_PER_POSITION = 8, 16
+"""Room of the copy of a skyline with a body, in pieces: beyond it a window is left as it is."""
 SLICE = 50 * WINDOW
 """Positions between two looks at the clock: whole windows."""
 
@@ -47,10 +58,10 @@ def refine(search: Search, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
     for _ in range(SWEEPS):
         if search.should_stop():
             break
-        skyline, place = new_skyline(problem.n), (LEFT, 2)
+        sky = new_skyline(problem.segments, problem.body, 0)
         for low in range(1, problem.n + 1, SLICE):
             high = min(low + SLICE, problem.n + 1)
-            place = _sweep(work, state, tries, worse, skyline, place, low, high)
+            sky = _sweep(work, state, tries, worse, sky, low, high)
             if search.should_stop():
                 break
     refined = work.oriented
@@ -65,28 +76,28 @@ def _sweep(
     state: NDArray[np.uint64],
     tries: int,
     worse: float,
-    skyline: Skyline,
-    place: tuple[int, int],
+    sky: Skyline,
     low: int,
     end: int,
-) -> tuple[int, int]:
+) -> Skyline:
     """Windows that overlap by half from position low to end, ``tries`` exchanges in each.
 
-    The skyline before ``low`` is brought up to that before ``end``; returns its cursor and its size.
+    The skyline ends with what comes before the toolpath that is left for ``low``; it is brought up to the one
+    before ``end`` and returned.
     """
     points, near, fixed, longest, order = tour.points, tour.near, tour.fixed, tour.longest, tour.order
     n = order.shape[1] - 2
     segments = points.reshape(n, 2, 2)
-    piece, link = skyline
-    cursor, used = place
-    scratch = new_skyline(n)
-    hull = np.empty((4 * n + 8, 2))
+    copy = skyline_with_room(2 * n + 2, sky.body, sky.floor)
     spare = np.empty((max(longest, REACH), 3))
     while low < end:
         high = min(n + 1, low + WINDOW)
         first = max(low, fixed)
-        now = _price(tour, skyline, scratch, hull, low, high)
-        for _ in range(tries if high - first > 1 else 0):
+        needed = ROOM_FACTOR * (sky.place[USED] - sky.place[FREED]) + ROOM_PER_POSITION * WINDOW
+        if sky.body.half_width > 0.0 and len(copy.piece) < needed:
+            copy = skyline_with_room(needed, sky.body, sky.floor)
+        now = _price(tour, sky, copy, low, high)
+        for _ in range(tries if high - first > 1 and now < np.inf else 0):
             turn_a, turn_b = 0, 0
             if draw(state) < 0.3:
                 i, j, k = random_exchange(tour, state, first, high)
@@ -110,51 +121,51 @@ def _sweep(
             if order[0, 0] < -1 and i == 1:
                 continue  # the direction of whatever comes first is fixed
             exchange(tour, i, j, k, turn_a, turn_b, spare)
-            then = _price(tour, skyline, scratch, hull, low, high)
+            then = _price(tour, sky, copy, low, high)
             if then < now - LEAST_GAIN:
                 now = then
             else:
                 exchange(tour, i, i + k - j, k, turn_b, turn_a, spare)
-        for p in range(low, min(high, low + WINDOW // 2)):
-            cursor, used = lay(piece, link, cursor, used, segments[order[0, p] >> 1])
+        for p in range(max(1, low - 1), min(high, low + WINDOW // 2) - 1):
+            sky = with_laid(sky, segments[order[0, p] >> 1], -1)
         low += WINDOW // 2
-    return cursor, used
+    return sky
 
 
 @kernel
 def _price(
     tour: Tour,
-    skyline: Skyline,
+    sky: Skyline,
     copy: Skyline,
-    hull: NDArray[np.float64],
     low: int,
     high: int,
 ) -> float:
-    """True cost of the travels into positions low .. high, on a copy of the skyline before low."""
+    """True cost of the travels into positions low .. high, on a copy of the skyline before low - 1.
+
+    Infinite where the copy has not enough room.
+    """
     points, cost_model, order = tour.points, tour.cost_model, tour.order
     n = order.shape[1] - 2
     segments = points.reshape(n, 2, 2)
-    (piece, link), (scratch, scratch_link) = skyline, copy
-    used = 2
-    at, last = link[LEFT, RIGHT], LEFT
+    clear(copy)
+    at = sky.link[LEFT, RIGHT]
     while at != RIGHT:  # only pieces that are still seen
-        for axis in range(4):
-            scratch[used, axis] = piece[at, axis]
-        scratch_link[last, RIGHT], scratch_link[used, LEFT] = used, last
-        last = used
-        used += 1
-        at = link[at, RIGHT]
-    scratch_link[last, RIGHT], scratch_link[RIGHT, LEFT] = RIGHT, last
-    cursor = LEFT
+        append(copy, sky.piece, at)
+        at = sky.link[at, RIGHT]
     total = 0.0
     for p in range(low, min(high, n) + 1):
         v = order[0, p]
         if p > 1:
             u = order[0, p - 1]
             start, end = segments[u >> 1, 1 - (u & 1)], segments[v >> 1, v & 1]
-            travel, cursor = skyline_cost(scratch, scratch_link, cursor, start, end, hull, cost_model)
-            total += travel
+            left = segments[u >> 1]
+            if copy.body.half_width == 0.0:
+                replace(copy.piece, copy.link, copy.place, left)
+            elif not lay_to_leave(copy, left, 1 - (u & 1)):
+                return np.inf
+            total += skyline_cost(copy.piece, copy.link, copy.place, copy.hull, start, end, cost_model)
+            if copy.body.half_width > 0.0 and not lay(copy, left):
+                return np.inf
         elif order[0, 0] < -1 and (v & 1) != -2 - order[0, 0]:
             total += FORBIDDEN
-        cursor, used = lay(scratch, scratch_link, cursor, used, segments[v >> 1])
     return total

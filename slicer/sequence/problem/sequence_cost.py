@@ -4,11 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
+from slicer.nozzle import NozzleBody
 from slicer.sequence.problem.objective import CostModel, Objective
 from slicer.sequence.problem.problem import Problem
 from slicer.sequence.problem.travel_cost import direct_cost, direct_sum, leg_cost
-from slicer.skyline import lay, new_skyline, overpass
+from slicer.skyline import Skyline, lay, lay_to_leave, new_skyline, overpass, replace
 from slicer.taut_string import EPS_MM
+
+NO_ROOM = -1.0
 
 
 def true_cost(problem: Problem, objective: Objective, oriented: NDArray[np.int32]) -> float:
@@ -23,22 +26,43 @@ def true_cost(problem: Problem, objective: Objective, oriented: NDArray[np.int32
         raise AssertionError(f"a sequence of {problem.n} toolpaths holds one that does not exist")
     if not objective.routed:
         return direct_sum(problem.segments, objective.cost_model, oriented)
-    return _routed_sum(problem.segments, objective.cost_model, oriented)
+    doublings = 0
+    while True:
+        cost = _routed_sum(problem.segments, problem.body, objective.cost_model, oriented, doublings)
+        if cost >= 0.0:
+            return cost
+        doublings += 1
 
 
 @kernel
-def _routed_sum(segments: NDArray[np.float64], cost_model: CostModel, oriented: NDArray[np.int32]) -> float:
-    n = len(oriented)
-    piece, link = new_skyline(n)
-    hull = np.empty((4 * n + 8, 2))
-    cursor, used = lay(piece, link, 0, 2, segments[oriented[0] >> 1])
+def _routed_sum(
+    segments: NDArray[np.float64],
+    body: NozzleBody,
+    cost_model: CostModel,
+    oriented: NDArray[np.int32],
+    doublings: int,
+) -> float:
+    """See ``true_cost``; ``NO_ROOM`` where the skyline needs more room."""
+    return _sum_over(new_skyline(segments, body, doublings), segments, cost_model, oriented)
+
+
+@inner_kernel
+def _sum_over(
+    sky: Skyline, segments: NDArray[np.float64], cost_model: CostModel, oriented: NDArray[np.int32]
+) -> float:
+    """See ``_routed_sum``. Where nothing is allocated, no references are counted, which takes as long."""
+    point = sky.body.half_width == 0.0
     total = 0.0
-    for k in range(1, n):
+    for k in range(1, len(oriented)):
         u, v = oriented[k - 1], oriented[k]
         start, end = segments[u >> 1, 1 - (u & 1)], segments[v >> 1, v & 1]
-        cost, cursor = skyline_cost(piece, link, cursor, start, end, hull, cost_model)
-        total += cost
-        cursor, used = lay(piece, link, cursor, used, segments[v >> 1])
+        if point:
+            replace(sky.piece, sky.link, sky.place, segments[u >> 1])
+        elif not lay_to_leave(sky, segments[u >> 1], 1 - (u & 1)):
+            return NO_ROOM
+        total += skyline_cost(sky.piece, sky.link, sky.place, sky.hull, start, end, cost_model)
+        if not point and not lay(sky, segments[u >> 1]):
+            return NO_ROOM
     return total
 
 
@@ -46,17 +70,17 @@ def _routed_sum(segments: NDArray[np.float64], cost_model: CostModel, oriented: 
 def skyline_cost(
     piece: NDArray[np.float64],
     link: NDArray[np.int32],
-    cursor: int,
+    place: NDArray[np.int64],
+    hull: NDArray[np.float64],
     start: NDArray[np.float64],
     end: NDArray[np.float64],
-    hull: NDArray[np.float64],
     cost_model: CostModel,
-) -> tuple[float, int]:
-    """Cost of one travel over a skyline, and a cursor near its end; see ``overpass`` for the arguments."""
-    size, cursor = overpass(piece, link, cursor, start, end, hull)
+) -> float:
+    """Cost of one travel over a skyline; see ``overpass`` for the arguments."""
+    size = overpass(piece, link, place, hull, start, end)
     if size == 0:
-        return direct_cost(cost_model, end[0] - start[0], end[1] - start[1]), cursor
-    return string_cost(cost_model, hull, size, True, (start[0], start[1]), (end[0], end[1])), cursor
+        return direct_cost(cost_model, end[0] - start[0], end[1] - start[1])
+    return string_cost(cost_model, hull, size, True, (start[0], start[1]), (end[0], end[1]))
 
 
 @inner_kernel

@@ -1,7 +1,9 @@
 """The skyline over each down-set of a column.
 
 Where a travel has to go depends on what is printed: on the down-set of each column that it passes. So the
-skylines are made once for all down-sets, and a search that knows the down-sets knows every travel.
+skylines are made once for all down-sets, and a search that knows the down-sets knows every travel. What
+toolpaths forbid to a nozzle with a body reaches over the borders of their column: the skylines of columns
+overlap then, and the greatest counts.
 """
 
 from typing import NamedTuple
@@ -9,14 +11,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import bare_kernel, kernel
+from slicer.nozzle import NozzleBody
+from slicer.pieces import LEFT, RIGHT
+from slicer.reach import MOST_LINES, reach
 from slicer.sequence.states.blocks import Blocks
 from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.section import Section
-from slicer.taut_string import EPS_MM
+from slicer.skyline import Skyline, append, clear, lay, skyline_with_room
 
 MOST_PIECES = 64
 """Room for pieces of a skyline at first; it doubles as needed."""
+
+
+class Steps(NamedTuple):
+    """The steps of ``DownSets`` by where they lead to.
+
+    Attributes:
+        start: int32 (d + 1,), the steps to each down-set.
+        path, origin: int32 (e,), the toolpath that each prints, and the down-set it comes from.
+    """
+
+    start: NDArray[np.int32]
+    path: NDArray[np.int32]
+    origin: NDArray[np.int32]
 
 
 class Skylines(NamedTuple):
@@ -28,8 +46,14 @@ class Skylines(NamedTuple):
         piece: float64 (p, 4), in mm.
         top: float64 (d,), the greatest height of each down-set's skyline.
         gap_start: int32 (c + 1,), the pieces of what stands between column c - 1 and column c for good.
-        gap: float64 (q, 4), in mm.
+        gap: float64 (q, 4), in mm. With a body, all that was printed before, in one skyline.
         hull: float64 (h, 2), scratch for the points of a taut string.
+        over: float64 (h, 2), scratch for what stands above a straight travel.
+        lines: float64 (MOST_LINES, 4), scratch for the reach of a toolpath.
+        body: the nozzle. What follows is empty for a point.
+        floor: the lowest y of the section's toolpaths, in mm.
+        steps: how each down-set comes about.
+        reaching: int32 (c, 2), the first and the last column that reach into each.
     """
 
     routed: bool
@@ -39,37 +63,51 @@ class Skylines(NamedTuple):
     gap_start: NDArray[np.int32]
     gap: NDArray[np.float64]
     hull: NDArray[np.float64]
+    over: NDArray[np.float64]
+    lines: NDArray[np.float64]
+    body: NozzleBody
+    floor: float
+    steps: Steps
+    reaching: NDArray[np.int32]
 
 
 def skylines(section: Section, sets: DownSets) -> Skylines:
     """The skylines of all down-sets of a section, over what was printed before it."""
+    none, empty, points = np.zeros(1, np.int32), np.empty((0, 4)), np.empty((0, 2))
+    no_steps, lines = Steps(none, none, none), np.empty((MOST_LINES, 4))
+    body, nobody = section.body, np.empty((0, 2), np.int32)
     if not section.routed:
-        empty = np.empty((0, 4))
-        none = np.zeros(1, np.int32)
-        return Skylines(False, none, empty, np.empty(0), none, empty, np.empty((0, 2)))
+        return Skylines(
+            False, none, empty, np.empty(0), none, empty, points, points, lines, body, 0.0, no_steps, nobody
+        )
     columns = section.columns
-    base, gap_start, gap = _ground(section)
+    floor = float(section.segments[:, :, 1].min()) if section.n else 0.0
+    if body.is_point:
+        base, gap_start, gap = _ground(section)
+    else:
+        base, gap_start, gap = [empty] * columns, none, section.ground
     base_start = np.concatenate([[0], np.cumsum([len(b) for b in base])]).astype(np.int32)
-    ground = np.concatenate([*base, np.empty((0, 4))])
+    ground = np.concatenate([*base, empty])
     count = int(sets.start[columns])
     start = np.zeros(count + 1, np.int32)
     top = np.full(count, -np.inf)
-    room = MOST_PIECES * count + len(ground)
+    room, most = MOST_PIECES * count + len(ground), MOST_PIECES + 2 * len(ground)
     while True:
         piece = np.empty((room, 4))
         if _raise(
+            skyline_with_room(most, body, floor),
             section.segments,
             sets,
             (base_start, ground),
-            np.full(count, -1, np.int32),
-            np.full(count, -1, np.int32),
+            (np.full(count, -1, np.int32), np.full(count, -1, np.int32)),
             start,
             piece,
             top,
         ):
             break
-        room *= 2
+        room, most = 2 * room, 2 * most
     widest = int(np.diff(start).max()) if count else 0
+    scratch = 2 * (widest * columns + len(gap) + MOST_LINES) + 8
     return Skylines(
         True,
         start,
@@ -77,8 +115,53 @@ def skylines(section: Section, sets: DownSets) -> Skylines:
         top,
         gap_start,
         gap,
-        np.empty((2 * (widest * columns + len(gap)) + 8, 2)),
+        np.empty((scratch, 2)),
+        points if body.is_point else np.empty((scratch, 2)),
+        lines,
+        body,
+        floor,
+        no_steps if body.is_point else _backwards(sets),
+        nobody if body.is_point else _reaching(section, floor),
     )
+
+
+def _backwards(sets: DownSets) -> Steps:
+    """The steps by where they lead to."""
+    by_end = np.argsort(sets.step_to, kind="stable")
+    count = len(sets.step_start) - 1
+    start = np.zeros(count + 1, np.int32)
+    np.cumsum(np.bincount(sets.step_to, minlength=count), out=start[1:])
+    origin = np.repeat(np.arange(count, dtype=np.int32), np.diff(sets.step_start))
+    return Steps(start, sets.step_path[by_end], origin[by_end])
+
+
+def _reaching(section: Section, floor: float) -> NDArray[np.int32]:
+    """int32 (c, 2), the first and the last column of which something may stand over each column."""
+    columns = section.columns
+    x, own = reach_extents(section.body, floor, section.segments), section.segments[:, :, 0]
+    low, high, left, right = np.full((4, columns), [[np.inf], [-np.inf], [np.inf], [-np.inf]])
+    np.minimum.at(low, section.column, x[:, 0])
+    np.maximum.at(high, section.column, x[:, 1])
+    np.minimum.at(left, section.column, own.min(axis=1))
+    np.maximum.at(right, section.column, own.max(axis=1))
+    over = (high > left[:, None]) & (low < right[:, None])  # [c, d]: column d reaches into column c
+    over |= np.eye(columns, dtype=bool)
+    return np.stack([over.argmax(axis=1), columns - 1 - over[:, ::-1].argmax(axis=1)], axis=1).astype(
+        np.int32
+    )
+
+
+@kernel
+def reach_extents(body: NozzleBody, floor: float, segments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """float64 (n, 2), the least and the greatest x at which each toolpath forbids anything to the tip."""
+    out = np.empty((len(segments), 2))
+    lines = np.empty((MOST_LINES, 4))
+    for s in range(len(segments)):
+        out[s, 0] = min(segments[s, 0, 0], segments[s, 1, 0])
+        out[s, 1] = max(segments[s, 0, 0], segments[s, 1, 0])
+        for k in range(reach(body, floor, segments[s], lines)):
+            out[s, 0], out[s, 1] = min(out[s, 0], lines[k, 0]), max(out[s, 1], lines[k, 2])
+    return out
 
 
 def _ground(section: Section) -> tuple[list[NDArray[np.float64]], NDArray[np.int32], NDArray[np.float64]]:
@@ -96,68 +179,49 @@ def _ground(section: Section) -> tuple[list[NDArray[np.float64]], NDArray[np.int
 
 @bare_kernel
 def _raise(
+    sky: Skyline,
     segments: NDArray[np.float64],
     sets: DownSets,
     base: tuple[NDArray[np.int32], NDArray[np.float64]],
-    parent: NDArray[np.int32],
-    printed: NDArray[np.int32],
+    came: tuple[NDArray[np.int32], NDArray[np.int32]],
     start: NDArray[np.int32],
     piece: NDArray[np.float64],
     top: NDArray[np.float64],
 ) -> bool:
     """Fill in all skylines, each from that of a smaller down-set; False where the room is too small.
 
-    A printed toolpath has nothing above it, so that it replaces the skyline over its x-range.
+    ``came`` is filled with a smaller down-set for each, and the toolpath that is printed on it.
     """
     set_start, step_start, step_path, step_to = sets.start, sets.step_start, sets.step_path, sets.step_to
     base_start, ground = base
+    parent, printed = came
     size = 0
     for c in range(len(set_start) - 1):
         for i in range(set_start[c], set_start[c + 1]):
             for e in range(step_start[i], step_start[i + 1]):
                 parent[step_to[e]], printed[step_to[e]] = i, step_path[e]
             before = parent[i]
-            low, high = (
-                (start[before], start[before + 1]) if before >= 0 else (base_start[c], base_start[c + 1])
-            )
-            if size + 2 * (high - low) + 3 > len(piece):
-                return False
-            xl = xr = yl = yr = np.inf
+            first, last = base_start[c], base_start[c + 1]
             if before >= 0:
-                s = printed[i]
-                a = 0 if segments[s, 0, 0] <= segments[s, 1, 0] else 1
-                xl, yl, xr, yr = (
-                    segments[s, a, 0],
-                    segments[s, a, 1],
-                    segments[s, 1 - a, 0],
-                    segments[s, 1 - a, 1],
-                )
-                if xr - xl <= EPS_MM:
-                    yl = yr = max(yl, yr)
-            for side in range(2):  # what is left of the toolpath, the toolpath, what is right of it
-                for q in range(low, high):
-                    source = piece if before >= 0 else ground
-                    bl, hl, br, hr = source[q, 0], source[q, 1], source[q, 2], source[q, 3]
-                    slope = (hr - hl) / (br - bl) if br - bl > EPS_MM else 0.0
-                    if side == 0 and (bl < xl - EPS_MM or (br - bl <= EPS_MM and bl <= xl + EPS_MM)):
-                        if br > xl:
-                            br, hr = xl, hl + slope * (xl - bl)
-                    elif side == 1 and (
-                        br > xr + EPS_MM or (br - bl <= EPS_MM and bl >= xr - EPS_MM and xr > xl)
-                    ):
-                        if bl < xr:
-                            bl, hl = xr, hl + slope * (xr - bl)
-                    else:
-                        continue
-                    piece[size, 0], piece[size, 1], piece[size, 2], piece[size, 3] = bl, hl, br, hr
-                    size += 1
-                if side == 0 and before >= 0:
-                    piece[size, 0], piece[size, 1], piece[size, 2], piece[size, 3] = xl, yl, xr, yr
-                    size += 1
-            start[i + 1] = size
+                first, last = start[before], start[before + 1]
+            if last - first + 8 > len(sky.piece):
+                return False
+            clear(sky)
+            for q in range(first, last):
+                append(sky, piece if before >= 0 else ground, q)
+            if before >= 0 and not lay(sky, segments[printed[i]]):
+                return False
             top[i] = -np.inf
-            for q in range(start[i], size):
-                top[i] = max(top[i], piece[q, 1], piece[q, 3])
+            q = sky.link[LEFT, RIGHT]
+            while q != RIGHT:
+                if size == len(piece):
+                    return False
+                for axis in range(4):
+                    piece[size, axis] = sky.piece[q, axis]
+                top[i] = max(top[i], piece[size, 1], piece[size, 3])
+                size += 1
+                q = sky.link[q, RIGHT]
+            start[i + 1] = size
     return True
 
 

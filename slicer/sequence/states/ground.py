@@ -4,42 +4,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.skyline import LEFT, RIGHT, lay, new_skyline
+from slicer.nozzle import POINT, NozzleBody
+from slicer.pieces import LEFT, RIGHT
+from slicer.skyline import Skyline, new_skyline, with_laid
 
 
 class Ground:
     """The skyline of a sequence as far as it has been printed."""
 
-    def __init__(self, segments: NDArray[np.float64]) -> None:
+    def __init__(self, segments: NDArray[np.float64], body: NozzleBody = POINT) -> None:
         self._segments = segments
-        self._piece, self._link = new_skyline(len(segments))
-        self._cursor, self._used = LEFT, 2
+        self._sky = new_skyline(segments, body, 0)
 
     def print(self, oriented: NDArray[np.int32]) -> None:
         """Print the next toolpaths."""
-        self._cursor, self._used = _lay_all(
-            self._piece, self._link, self._cursor, self._used, self._segments, oriented
-        )
+        self._sky = _lay_all(self._sky, self._segments, oriented)
 
     def pieces(self) -> NDArray[np.float64]:
         """float64 (q, 4), the pieces [x left, y left, x right, y right] from left to right."""
         order = []
-        at = int(self._link[LEFT, RIGHT])
+        at = int(self._sky.link[LEFT, RIGHT])
         while at != RIGHT:
             order.append(at)
-            at = int(self._link[at, RIGHT])
-        return self._piece[order].reshape(-1, 4)
+            at = int(self._sky.link[at, RIGHT])
+        return self._sky.piece[order].reshape(-1, 4)
 
 
 @kernel
-def _lay_all(
-    piece: NDArray[np.float64],
-    link: NDArray[np.int32],
-    cursor: int,
-    used: int,
-    segments: NDArray[np.float64],
-    oriented: NDArray[np.int32],
-) -> tuple[int, int]:
+def _lay_all(sky: Skyline, segments: NDArray[np.float64], oriented: NDArray[np.int32]) -> Skyline:
     for u in oriented:
-        cursor, used = lay(piece, link, cursor, used, segments[u >> 1])
-    return cursor, used
+        sky = with_laid(sky, segments[u >> 1], -1)
+    return sky

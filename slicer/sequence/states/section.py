@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
+from slicer.nozzle import NozzleBody
 from slicer.sequence.problem import CostModel, Objective, Problem
 
 NONE = -1
@@ -27,6 +28,7 @@ class Section:
             y right] from left to right.
         extent: float64 (c, 2), least and greatest x of each column, the toolpaths outside the section
             included.
+        body: the nozzle.
     """
 
     segments: NDArray[np.float64]
@@ -41,6 +43,7 @@ class Section:
     routed: bool
     ground: NDArray[np.float64]
     extent: NDArray[np.float64]
+    body: NozzleBody
 
     @classmethod
     def whole(cls, problem: Problem, objective: Objective) -> "Section":
@@ -58,6 +61,7 @@ class Section:
             objective.routed,
             np.empty((0, 4)),
             extents(problem),
+            problem.body,
         )
 
     @classmethod
@@ -110,6 +114,7 @@ class Section:
             objective.routed,
             ground,
             extent[numbers],
+            problem.body,
         )
 
     @property

@@ -1,7 +1,10 @@
 """Travels over what is printed: the same cost however it is computed, and optimal where it is proved."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from bodies import bodies
 from exhaustive import least_cost
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -9,6 +12,7 @@ from searching import searched
 
 from slicer import generate, travel
 from slicer.hatch import hatch
+from slicer.nozzle import POINT
 from slicer.sequence import Problem
 from slicer.sequence.construct.hill_climbing import greedy
 from slicer.sequence.layered.beam_search import beam
@@ -45,12 +49,15 @@ def printable(problem: Problem, seed: int) -> np.ndarray:
 
 
 @settings(max_examples=100, deadline=None)
-@given(seed=st.integers(0, 10**6), clearance=st.sampled_from([0.0, 0.3]))
-def test_three_ways_to_cost_a_sequence_agree(sheet, seed, clearance):
-    problem = Problem.build(sheet(seed, 40))
+@given(seed=st.integers(0, 10**6), clearance=st.sampled_from([0.0, 0.3]), body=st.just(POINT) | bodies())
+def test_three_ways_to_cost_a_sequence_agree(sheet, seed, clearance, body):
+    # With a body too, printable or not: what a travel costs is not what may be printed.
+    problem = replace(Problem.build(sheet(seed, 40)), body=body)
     oriented = printable(problem, seed)
     objective = Objective("routed", clearance)
-    planned = travel.plan(problem.segments, oriented >> 1, oriented & 1, clearance_mm=clearance).routed_mm
+    planned = travel.plan(
+        problem.segments, oriented >> 1, oriented & 1, clearance_mm=clearance, body=body
+    ).routed_mm
     assert true_cost(problem, objective, oriented) == pytest.approx(planned, abs=1e-7)
     section = Section.whole(problem, objective)
     sets = down_sets(section, 5, oriented >> 1)  # a corridor around this very order
@@ -58,13 +65,13 @@ def test_three_ways_to_cost_a_sequence_agree(sheet, seed, clearance):
 
 
 @settings(max_examples=100, deadline=None)
-@given(seed=st.integers(0, 10**6), data=st.data())
-def test_a_window_costs_what_its_part_of_the_sequence_does(sheet, seed, data):
-    problem = Problem.build(sheet(seed, 40, 4))
+@given(seed=st.integers(0, 10**6), data=st.data(), body=st.just(POINT) | bodies())
+def test_a_window_costs_what_its_part_of_the_sequence_does(sheet, seed, data, body):
+    problem = replace(Problem.build(sheet(seed, 40, 4)), body=body)
     oriented = printable(problem, seed)
     begin = data.draw(st.integers(0, problem.n - 2))
     end = data.draw(st.integers(begin + 2, problem.n))
-    horizon = Ground(problem.segments)
+    horizon = Ground(problem.segments, body)
     horizon.print(oriented[:begin])
     window = Section.window(problem, ROUTED, oriented, begin, end, horizon.pieces(), extents(problem))
     sets = down_sets(window, 5, np.arange(window.n, dtype=np.int32))
