@@ -81,16 +81,25 @@ def lay_out(plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64]) -> 
     rate = feed_per_mm(material, height)
     primed = profile.motion.prime_mm * float(rate[0]) if len(rate) else 0.0
     length = np.hypot(*(plan.toolpaths[:, 1] - plan.toolpaths[:, 0]).T)
-    moves = list(_Writer(profile, shift).moves(plan, rate * length, height, primed))
+    joins = _join_mm(plan)
+    moves = list(_Writer(profile, shift).moves(plan, rate * length, rate * joins, height, primed))
     return Program(
         moves=moves,
         height_mm=height,
         shift_mm=shift,
-        feed_mm=float((rate * length).sum()),
+        feed_mm=float((rate * (length + joins)).sum()),
         primed_mm=primed,
-        material_ul=float((bead_area_mm2(material, height) * length).sum()) * material.flow,
+        material_ul=float((bead_area_mm2(material, height) * (length + joins)).sum()) * material.flow,
         times=times_of(moves, profile),
     )
+
+
+def _join_mm(plan: "Plan") -> NDArray[np.float64]:
+    """float64 (n,), the length of the hop to each toolpath where it is extruded, else 0."""
+    joins = np.zeros(len(plan.toolpaths))
+    if len(joins):
+        joins[1:] = np.hypot(*(plan.toolpaths[1:, 0] - plan.toolpaths[:-1, 1]).T)
+    return np.where(plan.joined, joins, 0.0)
 
 
 def _when_due(lines: list[str]) -> list[str]:
@@ -118,7 +127,12 @@ class _Writer:
         self.flowing = profile.material.feed != "pneumatic"  # a loaded feed is ready; a valve starts closed
 
     def moves(
-        self, plan: "Plan", feed: NDArray[np.float64], height: NDArray[np.float64], primed: float
+        self,
+        plan: "Plan",
+        feed: NDArray[np.float64],
+        join_feed: NDArray[np.float64],
+        height: NDArray[np.float64],
+        primed: float,
     ) -> Iterator[Move]:
         profile = self.profile
         yield self._comment("TYPE:CUSTOM")
@@ -128,22 +142,30 @@ class _Writer:
             if profile.motion.prime_mm:
                 where = volume.prime_line(plan.toolpaths, profile, self.shift)
                 yield from self._prime(*where, float(height[0]), primed)
-            yield from self._print(plan, feed, height)
+            yield from self._print(plan, feed, join_feed, height)
         yield self._comment("TYPE:CUSTOM")
         yield from self._commands(render(profile.gcode.end, profile.values))
 
-    def _print(self, plan: "Plan", feed: NDArray[np.float64], height: NDArray[np.float64]) -> Iterator[Move]:
+    def _print(
+        self,
+        plan: "Plan",
+        feed: NDArray[np.float64],
+        join_feed: NDArray[np.float64],
+        height: NDArray[np.float64],
+    ) -> Iterator[Move]:
         toolpaths = (plan.toolpaths + np.array(self.shift)).tolist()
         via = (plan.via + np.array(self.shift)).tolist()
         via_start = plan.via_start.tolist()
-        heights, feeds = height.tolist(), feed.tolist()
+        heights, feeds, join_feeds = height.tolist(), feed.tolist(), join_feed.tolist()
         highest = float(plan.toolpaths[:, :, 1].max()) + self.shift[1]
         yield from self._arrive(*toolpaths[0][0])
         bead_height = math.nan
         for k, (start, end) in enumerate(toolpaths):
             self.toolpath = k
             yield self._comment(f"TOOLPATH {k}")
-            if k:
+            if plan.joined[k]:
+                yield from self._join(start, join_feeds[k])
+            elif k:
                 yield from self._travel([*via[via_start[k] : via_start[k + 1]], start])
             if k == 0:
                 yield self._comment("TYPE:FILL")
@@ -197,6 +219,12 @@ class _Writer:
         yield from self._close(away=length >= self.profile.motion.retract_from_mm)
         for x, y in points:
             yield self._to(x, y)
+
+    def _join(self, point: list[float], feed: float) -> Iterator[Move]:
+        """Let the bead go on to where the next toolpath begins."""
+        yield from self._open()
+        yield self._comment("JOIN")
+        yield self._to(point[0], point[1], self.profile.motion.print_speed_mm_s, feed)
 
     def _open(self) -> Iterator[Move]:
         """Make material flow, unless it does."""

@@ -40,6 +40,7 @@ LAST_DECIMALS = (
     ("motion", "retract_extra_mm", "0.00001", E_DECIMAL),
     ("motion", "clearance_mm", "0.001", PLACE_DECIMAL),
     ("motion", "approach_mm", "0.001", PLACE_DECIMAL),
+    ("motion", "join_mm", "0.001", PLACE_DECIMAL),
     ("motion", "prime_mm", "0.001", PLACE_DECIMAL),
     ("motion", "valve_open_s", "0.001", "the millisecond in which G4 counts"),
     ("motion", "valve_close_s", "0.001", "the millisecond in which G4 counts"),
@@ -133,6 +134,14 @@ class Motion(_Section):
     )
     approach_mm: Distance = Field(
         5.0, description="Height above the print at which the nozzle arrives, and to which it leaves."
+    )
+    join_mm: Distance = Field(
+        0.0,
+        description="A hop between toolpaths of at most this length is extruded where its way is free, so "
+        "that the bead goes on; 0 for never.",
+    )
+    join_spacings: Annotated[float, _between(0, 100)] = Field(
+        0.0, description="The same as a multiple of the spacing of the toolpaths; the longer of both counts."
     )
     retract_mm: FeedLength = Field(1.0, description="Length of feed drawn back before a travel; 0 for never.")
     retract_speed_mm_s: Speed = Field(30.0, description="Speed of drawing back and of priming.")

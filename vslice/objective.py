@@ -4,6 +4,7 @@ import math
 from typing import cast, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gcode.estimate import START_DELAY_S
 from profiles import Profile
@@ -18,8 +19,15 @@ def objective_name(text: str) -> ObjectiveName:
     raise ValueError(f"there is no objective '{text}'")
 
 
-def objective_of(profile: Profile, name: ObjectiveName) -> Objective:
-    """The objective of a name under the limits of a machine.
+def join_mm(profile: Profile, spacing_mm: NDArray[np.float64]) -> float:
+    """The longest hop that is extruded in a sheet with these spacings, in mm; 0 for none."""
+    motion = profile.motion
+    least = float(spacing_mm.min()) if len(spacing_mm) else 0.0
+    return max(motion.join_mm, motion.join_spacings * least)
+
+
+def objective_of(profile: Profile, name: ObjectiveName, join_mm: float = 0.0) -> Objective:
+    """The objective of a name under the limits of a machine; hops of up to ``join_mm`` are extruded.
 
     Retraction and priming go from stop to stop within their speed and acceleration; a valve takes its two
     dwells, around every travel that there is, and the time for which Marlin holds back a move that comes
@@ -46,6 +54,8 @@ def objective_of(profile: Profile, name: ObjectiveName) -> Objective:
         fixed_s=fixed,
         # The last decimal: what begins where the other ended is no travel.
         fixed_from_mm=float(np.maximum(fixed_from, 1e-6)),
+        join_mm=join_mm,
+        join_speed_mm_s=motion.print_speed_mm_s,
     )
 
 
