@@ -1,8 +1,9 @@
-"""Edges of a precedence that follow from others, as far as one or two steps show it.
+"""Edges of a precedence that follow from others, as far as a few steps show it.
 
-An edge from b to a is left out where b comes before some c straight below a, or where some c straight above b
-comes before a. Both c are nearer to the other end of the edge in every order of "is below", which has no
-cycles; so edges never imply one another in a ring, though the whole precedence may have cycles.
+The whole precedence may have cycles, in which edges could imply one another in a ring. So an edge from b to a
+is left out for two reasons alone. First, b comes before some c straight below a, or some c straight above b
+comes before a: this c is nearer to the other end of the edge in every order of "is below", which has no
+cycles. Second, a way leads from b to a on which every step goes to another strongly connected component.
 """
 
 from typing import NamedTuple
@@ -10,7 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.cycles import components
 from slicer.kernels import inner_kernel, kernel
+
+STEPS = 4
+"""So long are the ways that are looked for; longer ones leave out few edges more."""
 
 
 class Lists(NamedTuple):
@@ -42,9 +47,57 @@ def without_implied(below: NDArray[np.int32], hindered: Lists) -> NDArray[np.int
     over = Lists.grouped(below[:, 0], below[:, 1], n)
     keep = _needed(under, over, hindered)
     later = np.repeat(np.arange(n, dtype=np.int32), np.diff(hindered.start))
-    extra = np.stack([hindered.of[keep], later[keep]], axis=1)
-    rows = np.concatenate([below, extra])
+    rows = np.concatenate([below, np.stack([hindered.of[keep], later[keep]], axis=1)])
+    rows = rows[np.argsort(rows[:, 1], kind="stable")]
+    plain = _is_row_of(below, rows, n)
+    start = np.searchsorted(rows[:, 1], np.arange(n + 1)).astype(np.int32)
+    before = Lists(start, np.ascontiguousarray(rows[:, 0]))
+    rows = rows[plain | ~_ways_around(before, plain, components(n, rows), STEPS)]
     return np.ascontiguousarray(rows[np.lexsort((rows[:, 1], rows[:, 0]))], np.int32)
+
+
+def _is_row_of(some: NDArray[np.int32], rows: NDArray[np.int32], n: int) -> NDArray[np.bool_]:
+    return np.isin(rows[:, 0] * np.int64(n) + rows[:, 1], some[:, 0] * np.int64(n) + some[:, 1])
+
+
+@kernel
+def _ways_around(
+    before: Lists, plain: NDArray[np.bool_], component: NDArray[np.int32], steps: int
+) -> NDArray[np.bool_]:
+    """bool (m,): whether another way of at most so many steps, all between components, says the same.
+
+    It is looked for as long as edges that are not ``plain`` want one.
+    """
+    start, of = before.start, before.of
+    n = len(start) - 1
+    around = np.zeros(len(of), np.bool_)
+    reached = np.full(n, -1, np.int32)  # a: in two steps or more from toolpath a
+    wanted = np.zeros(n, np.bool_)
+    queue = np.empty(2 * n, np.int32)
+    for a in range(n):
+        done = end = wanting = 0
+        for i in range(start[a], start[a + 1]):
+            wanted[of[i]] = not plain[i]
+            wanting += not plain[i]
+            if component[of[i]] != component[a]:
+                queue[end] = of[i]
+                end += 1
+        for _ in range(steps - 1):
+            level = end
+            while done < level and wanting > 0:
+                c = queue[done]
+                done += 1
+                for i in range(start[c], start[c + 1]):
+                    b = of[i]
+                    if reached[b] != a and component[b] != component[c]:
+                        reached[b] = a
+                        wanting -= wanted[b]
+                        queue[end] = b
+                        end += 1
+        for i in range(start[a], start[a + 1]):
+            around[i] = reached[of[i]] == a
+            wanted[of[i]] = False
+    return around
 
 
 @kernel

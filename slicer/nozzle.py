@@ -65,8 +65,13 @@ class NozzleBody(NamedTuple):
                 raise SlicerError(f"{name} {value:g} must be at least 0")
         if cone_deg >= 90:
             raise SlicerError(f"cone_deg {cone_deg:g} must be below 90: it is the angle from the axis")
+        # Plain floats all: kernels would be compiled once more for whole numbers.
         return cls(
-            tip_width_mm / 2, math.tan(math.radians(cone_deg)), length_mm, shoulder_width_mm / 2, press_mm
+            float(tip_width_mm / 2),
+            math.tan(math.radians(cone_deg)),
+            float(length_mm),
+            float(shoulder_width_mm / 2),
+            float(press_mm),
         )
 
     @property
