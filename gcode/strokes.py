@@ -52,7 +52,7 @@ def strokes(moves: Iterable[Stroke]) -> list[Stroke]:
     """Join extrusions that go straight on where the one before them ended."""
     joined: list[Stroke] = []
     for move in moves:
-        if joined and move.prints and joined[-1].prints and _goes_on(joined[-1], move):
+        if joined and move.prints and joined[-1].prints and goes_on(joined[-1], move):
             last = joined[-1]
             joined[-1] = last._replace(x1=move.x1, y1=move.y1, last=move.line)
         else:
@@ -60,7 +60,8 @@ def strokes(moves: Iterable[Stroke]) -> list[Stroke]:
     return joined
 
 
-def _goes_on(a: Stroke, b: Stroke) -> bool:
+def goes_on(a: Stroke, b: Stroke) -> bool:
+    """Whether ``b``, which begins where ``a`` ends, goes straight on."""
     ax, ay, bx, by = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
     length = max(float(np.hypot(ax + bx, ay + by)), 1e-12)
     return ax * bx + ay * by > 0 and abs(ax * by - ay * bx) / length <= STRAIGHT_MM
