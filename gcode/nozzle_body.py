@@ -120,7 +120,7 @@ def _zero(value: FloatArray, slope: FloatArray) -> FloatArray:
 
 
 def most(parts: list[Faces], apart: FloatArray, above: FloatArray) -> FloatArray:
-    """No pair pushes deeper that is so far apart along x, and of which the printed is at most so far above."""
+    """No pair pushes deeper that is so far apart along x, with the printed at most so far above the path."""
     found = parts[0].depth(apart, above)
     for part in parts[1:]:
         found = np.maximum(found, part.depth(apart, above))

@@ -49,6 +49,12 @@ class Pressing(NamedTuple):
     deepest: Press | None
     allowed_mm: float
 
+    def facts(self) -> dict[str, float | int | None]:
+        """The same for JSON, in mm and program lines."""
+        deepest = dict.fromkeys(Press._fields) if self.deepest is None else self.deepest._asdict()
+        values = {**deepest, "allowed_mm": self.allowed_mm}
+        return {key: round(value, 4) if isinstance(value, float) else value for key, value in values.items()}
+
 
 def check_nozzle(
     laid: list[Stroke], nozzle: Nozzle, allowed_mm: float, resolution_mm: float

@@ -50,7 +50,7 @@ def known_nozzles() -> dict[str, KnownNozzle]:
     found = []
     for kind in data["kinds"]:
         for size in kind["sizes"]:
-            both = {key: value for key, value in (kind | size).items() if key not in ("sizes", "lengths_mm")}
+            both = {key: value for key, value in (kind | size).items() if key in KnownNozzle._fields}
             usual, *others = kind["lengths_mm"]
             what = kind["what"].format(**size)
             found.append(KnownNozzle(**both | {"what": what, "length_mm": usual}))
