@@ -23,5 +23,10 @@ def body_of(profile: Profile, spacing_mm: NDArray[np.float64]) -> NozzleBody:
         nozzle.cone_deg,
         math.inf if nozzle.length_mm is None else nozzle.length_mm,
         nozzle.shoulder_width_mm,
-        press_mm(nozzle, bead_height_mm(profile.material, spacing_mm)),
+        press_of(profile, spacing_mm),
     )
+
+
+def press_of(profile: Profile, spacing_mm: NDArray[np.float64]) -> float:
+    """How deep material may push into a profile's nozzle, in mm; ``spacing_mm`` as for ``body_of``."""
+    return press_mm(profile.nozzle, bead_height_mm(profile.material, spacing_mm))

@@ -237,9 +237,7 @@ def slice_grid(
     made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
     # The same search of an order that the result came out of, but for its method: what it is compared with.
     simple = sequence.solve(problem, method="greedy", objective=objective)
-    greedy_plan = travel.plan(lines.segments, simple.order, simple.flipped, clearance_mm=clearance)
-    tile = lines.tile[simple.order]
-    greedy_made = program.lay_out(greedy_plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+    greedy_plan, greedy_made = laid_out(sheet, lines, simple, profile)
     greedy = _in_its_unit(result.objective, greedy_plan, greedy_made)
     facts = {
         "version": __version__,
@@ -259,6 +257,14 @@ def slice_grid(
     if sheet.meta != {}:
         facts["meta"] = meta_line(sheet.meta)
     return Sliced(sheet, lines, result, plan, made, profile, facts, greedy, pressing_of(made, profile))
+
+
+def laid_out(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> tuple[Plan, program.Program]:
+    """Routes and moves of a sequence, whether the machine reaches them or not: for comparisons."""
+    clearance = profile.motion.clearance_mm
+    plan = travel.plan(lines.segments, result.order, result.flipped, clearance_mm=clearance)
+    tile = lines.tile[result.order]
+    return plan, program.lay_out(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
 
 
 def pressing_of(made: program.Program, profile: Profile) -> Pressing | None:
