@@ -74,8 +74,8 @@ class Fits:
 
 
 def candidates(height_mm: float, names: Sequence[str] | None = None) -> list[KnownNozzle]:
-    """The nozzles to compare on a sheet of this height: of those that differ in length alone the shortest that
-    reaches over it, or else the longest.
+    """The nozzles to compare on a sheet of this height: of those that differ in length alone the shortest
+    that reaches over it, or else the longest.
     """
     if names is not None:
         return [nozzle_called(name) for name in names]
