@@ -78,7 +78,7 @@ def draw_conflicts(sheet: Grid, lines: Hatch, profile: Profile) -> "Figure":
     toolpaths = axes.collections[-1]  # borders come before them
     toolpaths.set_color([IN_CYCLE if caught else FREE for caught in found.caught])
     groups = len(np.unique(found.component[found.caught]))
-    cycles = f"{int(found.caught.sum())} of {len(lines.segments)} toolpaths in {groups} cycles"
+    cycles = f"{int(found.caught.sum())} of {len(lines.segments)} toolpaths in cycles, in {groups} groups"
     title = f"nozzle {nozzle_name(profile)}: {cycles}"
     handles = [
         Line2D([], [], color=IN_CYCLE, label="in a cycle"),

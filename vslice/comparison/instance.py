@@ -33,11 +33,12 @@ class Instance(NamedTuple):
     spacing_mm: NDArray[np.float64] | None
 
 
-def load_instance(path: Path, start: str, profile: Profile) -> Instance:
+def load_instance(path: Path, start: str, profile: Profile | None = None) -> Instance:
     """The sheet of a grid file, or of an instance, for the nozzle of a machine.
 
     Args:
-        profile: the machine; where an instance says no spacing, its beads are as high as they are wide.
+        profile: the machine, by default one whose nozzle is a point; where an instance says no spacing, its
+            beads are as high as they are wide.
         start: "corner" is the lowest toolpath of the bottom left tile of a grid, at its lower end, and the
             first toolpath of an instance in either direction; "free" is wherever is best.
 
@@ -45,6 +46,7 @@ def load_instance(path: Path, start: str, profile: Profile) -> Instance:
         GridError: the file is neither; one line for each problem.
         SlicerError: the grid leaves no toolpaths.
     """
+    profile = profile or Profile()
     data = _json_object(path)
     if data is None or not ({"segments", "first"} & data.keys()):
         sheet = read_grid(path)
