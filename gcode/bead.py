@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from profiles.profile import Material
+from profiles.profile import Material, Nozzle
 
 
 def bead_height_mm(material: Material, spacing_mm: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -13,6 +13,13 @@ def bead_height_mm(material: Material, spacing_mm: NDArray[np.float64]) -> NDArr
     if material.bead_shape == "circle":
         return np.full(np.shape(spacing_mm), material.width_mm)
     return spacing_mm if material.height_mm is None else np.full(np.shape(spacing_mm), material.height_mm)
+
+
+def press_mm(nozzle: Nozzle, height_mm: NDArray[np.float64]) -> float:
+    """How deep beads of these heights may push into the nozzle: half the lowest, unless the profile says."""
+    if nozzle.press_mm is not None:
+        return nozzle.press_mm
+    return float(np.min(height_mm, initial=np.inf)) / 2 if np.size(height_mm) else 0.0
 
 
 def bead_area_mm2(material: Material, height_mm: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gcode.bead import bead_height_mm, press_mm
 from gcode.envelope import replay
 from gcode.errors import ParseError
 from gcode.feeding import check_feeding
@@ -16,6 +17,7 @@ from gcode.head import read_head
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
+from gcode.pressing import Pressing, check_nozzle
 from gcode.ranges import SLOWEST_MM_S
 from gcode.strokes import Stroke, compare_with_hatch, motions, prime_strokes
 from gcode.unseen import unseen_collisions
@@ -40,6 +42,7 @@ class Report:
         moves: how many moves were replayed.
         extrusions: how many of them laid material.
         printed_mm, travel_mm: length of what laid material and of what did not, once it had begun.
+        pressing: how deep the printed pushes into the nozzle's body; None where that is a point.
     """
 
     violations: list[Violation]
@@ -47,6 +50,7 @@ class Report:
     extrusions: int
     printed_mm: float
     travel_mm: float
+    pressing: Pressing | None
 
 
 def check_file(path: Path, profile: Profile, grid: "Grid | None" = None) -> Report:
@@ -64,9 +68,8 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
     Every extrusion must be printable, no travel may pass through printed material, every position must
     be in the build volume and in the plane, no speed above the limits, extrusion constant along all
     toolpaths and none while travelling, and no command but those that are followed may stand in the
-    print. With a grid, each of its hatch lines must be printed exactly
-    once.
-
+    print. Where the profile's nozzle has a body, nothing printed may push deeper into it than it allows. With
+    a grid, each of its hatch lines must be printed exactly once.
     """
     feeding, printing = check_feeding(moves, profile, _only_spacing(grid))
     laid = motions(moves, printing)
@@ -83,6 +86,9 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
     # Two uprights of one x, as far as three decimals tell, may in truth pass beside each other.
     violations += _collisions(laid, segments, same_x=0.0 if grid is None else -1.0)
     violations += unseen_collisions(moves, printing, RESOLUTION_MM)
+    allowed_mm = press_mm(profile.nozzle, _bead_heights(moves, profile, grid))
+    driven, pressing = check_nozzle(laid, profile.nozzle, allowed_mm, RESOLUTION_MM)
+    violations += driven
     if grid is not None:
         drawn = [stroke for stroke in laid if stroke.prints and stroke.line not in primes]
         differing, exact = compare_with_hatch(drawn, grid, _shift(moves))
@@ -98,7 +104,7 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
         travel = float(lengths[inside & ~prints].sum())
     else:
         travel = 0.0
-    return Report(violations, len(moves), int(prints.sum()), float(lengths[prints].sum()), travel)
+    return Report(violations, len(moves), int(prints.sum()), float(lengths[prints].sum()), travel, pressing)
 
 
 def _collisions(laid: list[Stroke], segments: NDArray[np.float64], same_x: float) -> list[Violation]:
@@ -225,6 +231,26 @@ def _only_spacing(grid: "Grid | None") -> float | None:
         return None
     used = np.unique(grid.spacing_mm[~np.isnan(grid.angles_deg)])
     return float(used[0]) if len(used) == 1 else None
+
+
+def _bead_heights(moves: list[Move], profile: Profile, grid: "Grid | None") -> NDArray[np.float64]:
+    """Heights of the beads, as far as profile, grid or program tell: PrusaSlicer and vslice write ;HEIGHT."""
+    if grid is not None:
+        spacing = np.unique(grid.spacing_mm[~np.isnan(grid.angles_deg)])
+    else:
+        said = {m.text for m in moves if m.kind == Kind.COMMENT and m.text.startswith("HEIGHT:")}
+        spacing = np.array([value for value in map(_number, said) if value > 0], np.float64)
+    if len(spacing) == 0 and profile.material.height_mm is not None:
+        spacing = np.array([profile.material.height_mm])
+    return bead_height_mm(profile.material, spacing)
+
+
+def _number(comment: str) -> float:
+    try:
+        value = float(comment.partition(":")[2])
+    except ValueError:
+        return 0.0
+    return value if math.isfinite(value) else 0.0
 
 
 def _shift(moves: list[Move]) -> tuple[float, float] | None:

@@ -12,6 +12,7 @@ from gcode.violation import Violation
 
 if TYPE_CHECKING:  # it imports shapely, which a program alone does not take
     from slicer.grid import Grid
+    from slicer.hatch import Hatch
 
 MATCH_MM = 0.01
 STRAIGHT_MM = 0.002
@@ -52,7 +53,7 @@ def strokes(moves: Iterable[Stroke]) -> list[Stroke]:
     """Join extrusions that go straight on where the one before them ended."""
     joined: list[Stroke] = []
     for move in moves:
-        if joined and move.prints and joined[-1].prints and _goes_on(joined[-1], move):
+        if joined and move.prints and joined[-1].prints and goes_on(joined[-1], move):
             last = joined[-1]
             joined[-1] = last._replace(x1=move.x1, y1=move.y1, last=move.line)
         else:
@@ -60,7 +61,10 @@ def strokes(moves: Iterable[Stroke]) -> list[Stroke]:
     return joined
 
 
-def _goes_on(a: Stroke, b: Stroke) -> bool:
+def goes_on(a: Stroke, b: Stroke) -> bool:
+    """Whether ``b`` begins where ``a`` ends, and goes straight on."""
+    if max(abs(b.x0 - a.x1), abs(b.y0 - a.y1)) > ROUNDING_MM:
+        return False
     ax, ay, bx, by = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
     length = max(float(np.hypot(ax + bx, ay + by)), 1e-12)
     return ax * bx + ay * by > 0 and abs(ax * by - ay * bx) / length <= STRAIGHT_MM
@@ -71,8 +75,9 @@ def compare_with_hatch(
 ) -> tuple[list[Violation], NDArray[np.float64]]:
     """Every hatch line of the grid must be drawn once, and nothing else; and the lines must fill the tiles.
 
-    A hatch line may be drawn in one movement, or in several that go straight on. That the hatch itself
-    leaves nothing out is tested by the area of each tile, see ``coverage``.
+    A hatch line may be drawn in one movement, in several that go straight on, or in pieces at different
+    times, as a nozzle with a body needs it; pieces may overlap. That the hatch itself leaves nothing out is
+    tested by the area of each tile, see ``coverage``.
 
     Args:
         drawn: the movements that lay material.
@@ -84,6 +89,7 @@ def compare_with_hatch(
         gives them: float64 (n, 5), from (x, y) to (x, y) and the program line.
     """
     from gcode.coverage import shortfalls
+    from gcode.pieces import pieces_of
     from slicer.hatch import hatch
 
     wanted = hatch(grid)
@@ -96,26 +102,26 @@ def compare_with_hatch(
         shift = np.zeros(2)
     target = wanted.segments + shift
     owner, used = _assign(target, lines)
-    rest = strokes(drawn[k] for k in np.flatnonzero(~used))
+    unused = [drawn[k] for k in np.flatnonzero(~used)]
+    rest = strokes(unused)
     open_lines = np.flatnonzero(owner < 0)
     later, used = _assign(target[open_lines], _ends(rest))
+    in_pieces = open_lines[later < 0]
+    joined = {line for k in np.flatnonzero(used) for line in range(rest[k].line, rest[k].last + 1)}
+    unused = [stroke for stroke in unused if stroke.line not in joined]
+    pieces = pieces_of(target[in_pieces], unused)
+    missing = in_pieces[pieces.open_mm > 0]
     out = []
-    for k in open_lines[later < 0]:
+    for k, open_mm in zip(missing, pieces.open_mm[pieces.open_mm > 0], strict=True):
         (x0, y0), (x1, y1) = target[k]
         col, row = wanted.tile[k]
         which = f"from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})"
-        out.append(Violation(0, "missing", f"tile ({col}, {row}): its hatch line {which} is not printed"))
-    extra = [rest[k] for k in np.flatnonzero(~used)]
-    again = dict(zip(*_near(_ends(extra), target)[:2].astype(int).tolist(), strict=True))
-    for k, stroke in enumerate(extra):
-        if k in again:
-            col, row = wanted.tile[again[k]]
-            text = f"a hatch line of tile ({col}, {row}) that is printed by another line too"
-            out.append(Violation(stroke.line, "twice", text))
-        else:
-            which = f"({stroke.x0:.3f}, {stroke.y0:.3f}) to ({stroke.x1:.3f}, {stroke.y1:.3f})"
-            out.append(Violation(stroke.line, "stray", f"{which} is no hatch line of {grid.source}"))
-    said = set(map(tuple, wanted.tile[open_lines[later < 0]].tolist()))
+        part = "" if open_mm > np.hypot(x1 - x0, y1 - y0) - MATCH_MM else f" on {open_mm:.3f} mm of it"
+        text = f"tile ({col}, {row}): its hatch line {which} is not printed{part}"
+        out.append(Violation(0, "missing", text))
+    part_of = {k: in_pieces[of] for k, of in enumerate(pieces.owner.tolist()) if of >= 0}
+    out += _superfluous(unused, part_of, pieces.again, target, wanted, grid.source)
+    said = set(map(tuple, wanted.tile[missing].tolist()))
     for short in shortfalls(lines - shift, grid):
         if (short.col, short.row) not in said:
             x, y = short.x_mm + shift[0], short.y_mm + shift[1]
@@ -127,7 +133,40 @@ def compare_with_hatch(
     owner[open_lines[later >= 0]] = len(drawn) + later[later >= 0]
     line = np.array([s.line for s in [*drawn, *rest]], np.float64)[owner[owner >= 0]]
     exact = np.column_stack([target[owner >= 0].reshape(-1, 4), line]).astype(np.float64)
-    return out, exact[np.argsort(line, kind="stable")]
+    exact = np.concatenate([exact, pieces.exact])
+    return out, exact[np.argsort(exact[:, 4], kind="stable")]
+
+
+def _superfluous(
+    unused: list[Stroke],
+    part_of: dict[int, int],
+    again: NDArray[np.bool_],
+    target: NDArray[np.float64],
+    wanted: "Hatch",
+    source: str,
+) -> list[Violation]:
+    """What is printed beside one print of each hatch line.
+
+    Args:
+        unused: strokes that print no whole hatch line first.
+        part_of: of some of them, by their place, the hatch line that they are pieces of.
+        again: bool (s,), whether other pieces print all of a piece, too.
+    """
+    extra = [k for k in range(len(unused)) if k not in part_of or again[k]]
+    i, j, _ = _near(_ends([unused[k] for k in extra]), target)
+    whole = dict(zip(i.astype(int).tolist(), j.astype(int).tolist(), strict=True))
+    out = []
+    for place, k in enumerate(extra):
+        stroke = unused[k]
+        if place in whole or k in part_of:
+            col, row = wanted.tile[whole[place] if place in whole else part_of[k]]
+            what = "a hatch line" if place in whole else "a part of a hatch line"
+            text = f"{what} of tile ({col}, {row}) that is printed by another line too"
+            out.append(Violation(stroke.line, "twice", text))
+        else:
+            which = f"({stroke.x0:.3f}, {stroke.y0:.3f}) to ({stroke.x1:.3f}, {stroke.y1:.3f})"
+            out.append(Violation(stroke.line, "stray", f"{which} is no hatch line of {source}"))
+    return out
 
 
 def prime_strokes(laid: list[Stroke], moves: Sequence[Move], prime_mm: float = 0.0) -> set[int]:

@@ -9,7 +9,8 @@ class Violation:
 
     Attributes:
         line: line number in the program, from 1; 0 where something is missing from it.
-        kind: printability, collision, volume, speed, plane, flow, leak, command, missing, twice or stray.
+        kind: printability, collision, nozzle, volume, speed, plane, flow, leak, command, missing, twice or
+            stray.
         message: what is wrong, with both numbers.
     """
 

@@ -27,6 +27,7 @@ Dwell = Annotated[float, _between(0, 3600)]
 Wait = Annotated[float, _between(0.01, 86_400)]
 Pixels = Annotated[int, Field(strict=True, ge=16, le=1024)]
 PerAxis = tuple[Speed, Speed, Speed, Speed]
+OneLine = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
 
 
 class _Section(BaseModel):
@@ -44,6 +45,7 @@ LAST_DECIMALS = (
     ("motion", "prime_mm", "0.001", PLACE_DECIMAL),
     ("motion", "valve_open_s", "0.001", "the millisecond in which G4 counts"),
     ("motion", "valve_close_s", "0.001", "the millisecond in which G4 counts"),
+    ("nozzle", "tip_width_mm", "0.001", PLACE_DECIMAL),
     ("printer", "stop_lift_mm", "0.001", PLACE_DECIMAL),
 )
 """Settings that may be 0, but not so small that nothing of them would reach the machine."""
@@ -52,7 +54,7 @@ LAST_DECIMALS = (
 class Machine(_Section):
     """The frame: its size, how the sheet stands in it, and what its axes can do."""
 
-    description: Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")] = Field(
+    description: OneLine = Field(
         "Any printer that runs Marlin", description="One line that says which machine."
     )
     build_volume_mm: tuple[Side, Side, Side] = Field(
@@ -166,6 +168,32 @@ class Motion(_Section):
     valve_close_s: Dwell = Field(0.05, description="Dwell after the valve closes, before moving.")
 
 
+class Nozzle(_Section):
+    """The body above the tip, as wide as it is in the plane of the sheet; without a width it is a point."""
+
+    name: OneLine = Field("", description="What it is called in messages, such as 25G.")
+    tip_width_mm: Annotated[float, _between(0, 100)] = Field(
+        0.0,
+        description="Outer width of the flat around the bore; 0 is a nozzle without a body, as in the paper.",
+    )
+    cone_deg: Annotated[float, _between(0, 85)] = Field(
+        0.0, description="Angle of the flank from the axis; 0 for a blunt needle."
+    )
+    length_mm: Annotated[float, _between(0.1, 1000)] | None = Field(
+        None, description="From the tip up to the shoulder; by default nothing wider comes."
+    )
+    shoulder_width_mm: Annotated[float, _between(0, 1000)] = Field(
+        0.0, description="Width of what comes above it, such as a hub or a heater block."
+    )
+    press_mm: Annotated[float, _between(0, 100)] | None = Field(
+        None,
+        description="How deep printed material may push into the body; by default half the height of a bead.",
+    )
+    downhill_deg: Annotated[float, _between(0, 90)] = Field(
+        90.0, description="Steepest tilt at which the tip may move down while it extrudes; 90 for any."
+    )
+
+
 class Gcode(_Section):
     """Blocks of G-code. ``{name}`` stands for the setting of that name in any section."""
 
@@ -228,13 +256,14 @@ class Printer(_Section):
 
 
 class Profile(_Section):
-    """A machine with its material, motion, G-code blocks and serial line."""
+    """A machine with its material, motion, nozzle, G-code blocks and serial line."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, title="vslice profile")
 
     machine: Machine = Field(Machine(), description="The frame and its axes.")
     material: Material = Field(Material(), description="What is printed, and how it is fed.")
     motion: Motion = Field(Motion(), description="Speeds and what happens between toolpaths.")
+    nozzle: Nozzle = Field(Nozzle(), description="The body above the tip.")
     gcode: Gcode = Field(Gcode(), description="Start, end and valve blocks.")
     printer: Printer = Field(Printer(), description="The serial line.")
 

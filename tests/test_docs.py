@@ -89,3 +89,17 @@ def content(file):
     text = file.read_text(encoding="utf-8")
     colors = sorted(set(re.findall(r"(?:stroke|fill): (#\w{6})", text)))
     return re.findall(r"<text[^>]*>([^<]*)", text), [(color, text.count(color)) for color in colors]
+
+
+def test_depths_of_the_nozzle_page_are_those_of_its_script(tmp_path, capsys):
+    spec = importlib.util.spec_from_file_location("nozzle", ROOT / "docs" / "nozzle.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.main(tmp_path)
+    page = (ROOT / "docs" / "nozzle.md").read_text(encoding="utf-8")
+    said = re.findall(r"\d\.\d\d mm", capsys.readouterr().out)
+    assert len(said) == 4
+    for depth in said:
+        assert depth in page
+    for drawn in tmp_path.iterdir():
+        assert (ROOT / "docs" / "images" / drawn.name).read_bytes() == drawn.read_bytes()

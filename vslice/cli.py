@@ -23,6 +23,7 @@ COMMANDS = {
     "console": "Type commands to a printer and see its replies.",
     "emulate": "Be a printer on a pseudo-terminal, for other hosts and for learning.",
     "compare": "Compare the methods of ordering on one sheet.",
+    "nozzles": "Compare nozzles on one sheet: which of them print it as it is.",
     "paper": "Reproduce the source paper's table and figures.",
     "profiles": "List and show the machines that vslice knows.",
     "grid-schema": "Print the JSON Schema of a grid file.",

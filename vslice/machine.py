@@ -12,6 +12,7 @@ from gcode.head import facts_of, read_head
 from gcode.moves import Kind, Move
 from gcode.parse import read_moves
 from profiles import Profile, ProfileError
+from vslice.pressed import nozzle_name
 from vslice.terminal.session import say
 
 FALLBACK = "marlin-generic"
@@ -55,10 +56,11 @@ def profile_for(
         )
     profile = profiles.load(FALLBACK, overrides)
     volume = " x ".join(f"{side:g}" for side in profile.machine.build_volume_mm)
+    nozzle = f", nozzle {nozzle_name(profile)}" if profile.nozzle.tip_width_mm > 0 else ""
     # An assumption about a machine is no matter of taste: it is told with --quiet too.
     click.echo(
         f"Warning: {source} does not say which machine it is for; assuming {FALLBACK}, with a build "
-        f"volume of {volume} mm. Give the machine with -p.",
+        f"volume of {volume} mm{nozzle}. Give the machine with -p.",
         err=True,
     )
     return FALLBACK, profile

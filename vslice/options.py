@@ -99,6 +99,27 @@ set_option: Decorator = click.option(
     help="Change one setting of the profile; repeatable.",
 )
 
+nozzle_option: Decorator = click.option(
+    "--nozzle",
+    "nozzle_name",
+    metavar="NAME",
+    help="The nozzle on it, such as 25G, instead of the profile's; 'vslice profiles nozzles' lists them.",
+)
+
+
+def with_nozzle(nozzle_name: str | None, overrides: tuple[str, ...]) -> tuple[str, ...]:
+    """What ``--nozzle`` changes in a profile, and then ``--set``.
+
+    Raises:
+        ProfileError: there is no such nozzle.
+    """
+    if nozzle_name is None:
+        return overrides
+    from profiles.nozzles import nozzle_called
+
+    return (*nozzle_called(nozzle_name).settings(), *overrides)
+
+
 effort_option: Decorator = click.option(
     "--effort",
     type=click.Choice(["quick", "default", "high"]),

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,18 +12,25 @@ from numpy.typing import NDArray
 
 import profiles
 from gcode import advice, emit, program, volume
-from gcode.bead import bead_height_mm
+from gcode.bead import bead_height_mm, press_mm
+from gcode.check import RESOLUTION_MM
 from gcode.errors import BuildVolumeError
+from gcode.moves import Kind
+from gcode.pressing import Pressing, check_nozzle
+from gcode.strokes import motions
 from profiles import Profile, ProfileError
 from slicer import hatch, sequence, travel
 from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
+from slicer.nozzle import POINT, NozzleBody
 from slicer.sequence import Problem, Result
 from slicer.sequence.problem import Progress
 from slicer.travel import Plan
 from vslice import __version__
+from vslice.nozzle import body_of
 from vslice.objective import objective_name, objective_of
+from vslice.pressed import nozzle_name
 from vslice.reading import read_grid
 
 
@@ -32,7 +39,8 @@ class Sliced:
     """A sliced sheet, from its grid to its program, with all that a user may want to know of it.
 
     ``greedy`` is what `travel` would be in the order of the source paper's hill climbing, which is what
-    people otherwise do.
+    people otherwise do. ``pressing`` is how deep the printed pushes into the nozzle by the check's own model;
+    None for a nozzle without a body.
     """
 
     sheet: Grid
@@ -43,6 +51,7 @@ class Sliced:
     profile: Profile
     facts: dict[str, str]
     greedy: float
+    pressing: Pressing | None
 
     def text(self) -> Iterator[str]:
         """The lines of the G-code file."""
@@ -63,6 +72,13 @@ class Sliced:
             found.append(
                 f"{self.facts['profile']} does not say [motion] prime_mm, so no line fills the nozzle first: "
                 'begin it with extends = "marlin-generic", or set prime_mm (0 for none).'
+            )
+        own = self.facts["profile"] not in profiles.shipped()
+        if own and "tip_width_mm" not in self.profile.nozzle.model_fields_set:
+            found.append(
+                f"{self.facts['profile']} does not say [nozzle] tip_width_mm, so the nozzle is taken for a "
+                "point, and a real one may run into what is printed: give its dimensions, or --nozzle NAME "
+                "('vslice profiles nozzles' lists them; 0 keeps the point)."
             )
         return found
 
@@ -133,14 +149,32 @@ def hatched(sheet: Grid) -> Hatch:
     return lines
 
 
-def problem_of(segments: NDArray[np.float64], start: str) -> Problem:
+def printable(lines: Hatch, body: NozzleBody) -> Hatch:
+    """The toolpaths that a nozzle can print in some order. Where they stand in one another's way in a ring,
+    this is the place to cut them; a point nozzle can print all as they are.
+    """
+    return lines
+
+
+def problem_of(
+    segments: NDArray[np.float64], start: str, body: NozzleBody = POINT, downhill_deg: float = 90.0
+) -> Problem:
     """The sequencing problem: from the "corner", as in the source paper, or with a "free" start.
 
-    The corner is the lower end of toolpath 0, the lowest of the bottom left tile.
+    The corner is the lower end of toolpath 0, the lowest of the bottom left tile. Where a body forbids to
+    begin there, the start is free.
+
+    Raises:
+        CycleError: toolpaths stand in the nozzle's way in a ring.
     """
+    lower_end_second = bool(len(segments) and segments[0, 1, 1] < segments[0, 0, 1])
     if start == "free":
-        return Problem.build(segments)
-    return Problem.build(segments, first=0, first_flipped=bool(segments[0, 1, 1] < segments[0, 0, 1]))
+        return Problem.build(segments, body=body, downhill_deg=downhill_deg)
+    if body.is_point:
+        return Problem.build(segments, downhill_deg=downhill_deg, first=0, first_flipped=lower_end_second)
+    problem = Problem.build(segments, body=body, downhill_deg=downhill_deg)
+    waits = problem.pred_start[1] > problem.pred_start[0]
+    return problem if waits else replace(problem, first=0, first_flipped=lower_end_second)
 
 
 def _in_its_unit(objective: str, plan: Plan, made: program.Program) -> float:
@@ -180,7 +214,10 @@ def slice_grid(
     height = bead_height_mm(profile.material, sheet.spacing_mm[row, col])
     volume.check_sheet(lines.segments, height, profile, lines.tile)
     step("sequencing")
-    problem = problem_of(lines.segments, search.start)
+    spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+    body = body_of(profile, spacing)
+    lines = printable(lines, body)
+    problem = problem_of(lines.segments, search.start, body, profile.nozzle.downhill_deg)
     objective = objective_of(profile, objective_name(search.objective))
     result = sequence.solve(
         problem,
@@ -200,9 +237,7 @@ def slice_grid(
     made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
     # The same search of an order that the result came out of, but for its method: what it is compared with.
     simple = sequence.solve(problem, method="greedy", objective=objective)
-    greedy_plan = travel.plan(lines.segments, simple.order, simple.flipped, clearance_mm=clearance)
-    tile = lines.tile[simple.order]
-    greedy_made = program.lay_out(greedy_plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+    greedy_plan, greedy_made = laid_out(sheet, lines, simple, profile)
     greedy = _in_its_unit(result.objective, greedy_plan, greedy_made)
     facts = {
         "version": __version__,
@@ -217,6 +252,22 @@ def slice_grid(
         "travel_routed_mm": f"{plan.routed_mm:.3f}",
         "printed_mm": f"{plan.printed_mm:.3f}",
     }
+    if not body.is_point:
+        facts["nozzle"] = nozzle_name(profile)
     if sheet.meta != {}:
         facts["meta"] = meta_line(sheet.meta)
-    return Sliced(sheet, lines, result, plan, made, profile, facts, greedy)
+    return Sliced(sheet, lines, result, plan, made, profile, facts, greedy, pressing_of(made, profile))
+
+
+def laid_out(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> tuple[Plan, program.Program]:
+    """Routes and moves of a sequence, whether the machine reaches them or not: for comparisons."""
+    clearance = profile.motion.clearance_mm
+    plan = travel.plan(lines.segments, result.order, result.flipped, clearance_mm=clearance)
+    tile = lines.tile[result.order]
+    return plan, program.lay_out(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+
+
+def pressing_of(made: program.Program, profile: Profile) -> Pressing | None:
+    """How deep the printed pushes into the nozzle, as the check will see it in the text."""
+    laid = motions(made.moves, [move.kind == Kind.EXTRUDE for move in made.moves])
+    return check_nozzle(laid, profile.nozzle, press_mm(profile.nozzle, made.height_mm), RESOLUTION_MM)[1]

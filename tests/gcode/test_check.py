@@ -268,3 +268,40 @@ def test_a_travel_straight_down_into_the_print_is_a_collision(x):
     collision, *_ = [v for v in violations(down) if v.kind == "collision"]
     assert f"travel to ({x:.3f}, 0.050) passes" in collision.message
     assert collision.line == last + 4
+
+
+def cut(line, *parts):
+    """The moves of a toolpath's block, drawn in parts from one share of it to another, with travels between."""
+    x0, y0, x1, y1 = line
+    out = []
+    for begin, end in parts:
+        (ax, ay), (bx, by) = ((x0 + t * (x1 - x0), y0 + t * (y1 - y0)) for t in (begin, end))
+        out += [
+            f"G0 X{ax:.3f} Z{ay:.3f} F600",
+            f"G1 X{bx:.3f} Z{by:.3f} E{0.012 * np.hypot(bx - ax, by - ay):.5f} F1200",
+        ]
+    return out
+
+
+@pytest.mark.parametrize(
+    ("parts", "says"),
+    [
+        ([(0.0, 0.4), (0.4, 1.0)], []),
+        ([(0.0, 0.4), (1.0, 0.3)], []),
+        ([(0.6, 1.0), (0.0, 0.6)], []),
+        ([(0.0, 0.4), (0.6, 1.0)], ["missing"]),
+        ([(0.0, 0.4)], ["missing"]),
+        ([(0.0, 0.7), (0.3, 0.6), (0.7, 1.0)], ["twice"]),
+    ],
+)  # fmt: skip
+def test_a_hatch_line_may_be_printed_in_pieces_at_different_times(parts, says):
+    sheet = make_grid([[20]], spacing=0.5)
+    lines = hatch(sheet).segments
+    order = np.argsort(lines[:, :, 1].sum(axis=1))
+    moves = ["; vslice shift_mm = 0.000000 0.000000", "M302 P1", "M83", "G0 X0 Y110 Z5 F600"]
+    for k in order[:-1]:
+        moves += cut(lines[k].ravel(), (0.0, 1.0))
+    moves += cut(lines[order[-1]].ravel(), *parts)
+    found = violations(moves, "marlin-generic", sheet)
+    assert [v.kind for v in found if v.kind in ("missing", "twice", "stray")] == says
+    assert "printability" not in kinds(found)

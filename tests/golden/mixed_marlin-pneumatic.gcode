@@ -176,6 +176,13 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.06
 ; motion.valve_close_s = 0.04
+; nozzle.name = ""
+; nozzle.tip_width_mm = 0.0
+; nozzle.cone_deg = 0.0
+; nozzle.length_mm = null
+; nozzle.shoulder_width_mm = 0.0
+; nozzle.press_mm = null
+; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M302 P1", "M107", "G28"]
 ; gcode.end = ["M107", "M302 P0", "M84"]
 ; gcode.valve_open = ["M106 S255"]
@@ -193,4 +200,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:4213b5f28a7bba042525685fd6e48ef0ce049086f8000c60ff201a33a496eed7
+; vslice profile end sha256:096abc62c652a18ca5b54decf6174d929fb854efbe4f7f5e7b5847a689a069c4

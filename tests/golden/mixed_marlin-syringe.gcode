@@ -119,6 +119,13 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
+; nozzle.name = ""
+; nozzle.tip_width_mm = 0.0
+; nozzle.cone_deg = 0.0
+; nozzle.length_mm = null
+; nozzle.shoulder_width_mm = 0.0
+; nozzle.press_mm = null
+; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M302 P1", "G28"]
 ; gcode.end = ["M302 P0", "M84"]
 ; gcode.valve_open = []
@@ -136,4 +143,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:92ab26f53cd2c2f7b8910d90cdc8b5305d18998d3bff430e9c553ea872aa492c
+; vslice profile end sha256:655ff7040586144b60c2c2eb675b6d0cc8e50a486bfb1bc7ea652372031c4cab

@@ -89,6 +89,13 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
+; nozzle.name = ""
+; nozzle.tip_width_mm = 0.0
+; nozzle.cone_deg = 0.0
+; nozzle.length_mm = null
+; nozzle.shoulder_width_mm = 0.0
+; nozzle.press_mm = null
+; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M140 S{bed_temperature_c}", "M104 S{nozzle_temperature_c}", "G28", "M190 S{bed_temperature_c}", "M109 S{nozzle_temperature_c}"]
 ; gcode.end = ["M104 S0", "M140 S0", "M84"]
 ; gcode.valve_open = []
@@ -106,4 +113,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:bb911253e03c80b4283eeead7e7af5776d0302a3da204a64b77f9d9b14a270c3
+; vslice profile end sha256:b469410a669bfd1cd3e88c6a2c1fd3d096b1dc999856d3c8e49146e867de61f9

@@ -9,7 +9,7 @@ import profiles
 from profiles import ProfileError
 from profiles.profile import Profile
 
-SHIPPED = ["marlin-generic", "marlin-pneumatic", "marlin-syringe"]
+SHIPPED = ["marlin-generic", "marlin-pneumatic", "marlin-syringe", "paper"]
 
 BAD = {
     "unknown key": ("[motion]\ntravel_sped = 3", "[motion] unknown key 'travel_sped'. Did you mean 'travel_speed_mm_s'?"),
@@ -107,7 +107,9 @@ def test_a_name_that_is_none_suggests_one():
         ProfileError, match="marlin-genric: there is no such profile or file. Did you mean 'marlin-generic'"
     ):
         profiles.load("marlin-genric")
-    with pytest.raises(ProfileError, match="Shipped are marlin-generic, marlin-pneumatic, marlin-syringe"):
+    with pytest.raises(
+        ProfileError, match="Shipped are marlin-generic, marlin-pneumatic, marlin-syringe, paper"
+    ):
         profiles.load("xyz")
 
 
@@ -125,7 +127,7 @@ def test_every_setting_has_a_description_a_unit_and_one_name():
             assert field.description, f"[{section}] {key}"
             names.append(key)
             if re.search(r"float", str(field.annotation)) and key not in ("flow", "minimum_cruise_ratio"):
-                assert re.search(r"_(mm|s|mm_s|mm_s2|c|kpa)$", key), (
+                assert re.search(r"_(mm|s|mm_s|mm_s2|c|kpa|deg)$", key), (
                     f"[{section}] {key} has no unit in its name"
                 )
     assert len(names) == len(set(names)), "a placeholder would be ambiguous"
@@ -136,4 +138,4 @@ def test_shipped_files_say_nothing_that_the_schema_does_not_know():
 
     for name in SHIPPED:
         settings = tomllib.loads(resources.files("profiles").joinpath(f"{name}.toml").read_text())
-        assert set(settings) <= set(Profile.model_fields)
+        assert set(settings) <= {"extends", *Profile.model_fields}

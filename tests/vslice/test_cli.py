@@ -423,6 +423,7 @@ def test_profiles_are_listed_shown_and_described(run, tmp_path):
         "marlin-generic",
         "marlin-pneumatic",
         "marlin-syringe",
+        "paper",
     ]
     for name in PROFILES:
         _, shown, _ = run("profiles", "show", name)

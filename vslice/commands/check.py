@@ -7,7 +7,14 @@ from pathlib import Path
 
 import click
 
-from vslice.options import program_profile_option, set_option, settings_without_effect
+from vslice.options import (
+    nozzle_option,
+    program_profile_option,
+    set_option,
+    settings_without_effect,
+    with_nozzle,
+)
+from vslice.pressed import pressed
 from vslice.terminal.session import common, progress, say
 
 MOST = 20
@@ -22,6 +29,7 @@ MOST = 20
     help="Also verify that each hatch line of this grid is printed exactly once.",
 )
 @program_profile_option
+@nozzle_option
 @set_option
 @click.option("--json", "as_json", is_flag=True, help="All violations as JSON on stdout.")
 @common
@@ -29,15 +37,17 @@ def command(
     program_file: Path,
     grid_file: Path | None,
     profile_name: str | None,
+    nozzle_name: str | None,
     overrides: tuple[str, ...],
     as_json: bool,
 ) -> None:
     """Replay a program and verify that it can be printed.
 
     Independent of how it was made: every extrusion must be printable, no travel may pass through printed
-    material, positions and speeds must be within the machine's limits, extrusion must be constant and
-    stop while travelling, and only commands that are followed may stand in the print. PART.gcode may be
-    - for standard input. Exits with 1 if anything is wrong.
+    material, nor may anything printed push deeper into the nozzle than the profile allows; positions and
+    speeds must be within the machine's limits, extrusion must be constant and stop while travelling, and
+    only commands that are followed may stand in the print. PART.gcode may be - for standard input. Exits
+    with 1 if anything is wrong.
     """
     settings_without_effect("the check", overrides, "printer")
     if str(program_file) == "-" and str(grid_file) == "-":
@@ -55,7 +65,7 @@ def command(
             from vslice.reading import read_grid
 
             sheet = read_grid(grid_file)
-        moves, _, profile = read_program(source, profile_name, overrides)
+        moves, _, profile = read_program(source, profile_name, with_nozzle(nozzle_name, overrides))
         step("replaying")
         report = check(moves, profile, sheet)
     wrong = report.violations
@@ -67,6 +77,7 @@ def command(
             "extrusions": report.extrusions,
             "printed_mm": round(report.printed_mm, 3),
             "travel_mm": round(report.travel_mm, 3),
+            "nozzle": None if report.pressing is None else report.pressing.facts(),
         }
         click.echo(json.dumps(facts, indent=1))
     else:
@@ -82,4 +93,6 @@ def command(
         f"{program_file}: {said} in {report.extrusions} extrusions ({report.printed_mm:.1f} mm printed, "
         f"{report.travel_mm:.1f} mm travelled)"
     )
+    if report.pressing is not None:
+        say(f"nozzle {pressed(report.pressing, profile)}")
     sys.exit(1 if wrong else 0)

@@ -15,6 +15,7 @@ from vslice.options import (
     no_effect,
     not_onto_input,
     not_onto_profile,
+    nozzle_option,
     objective_option,
     output_option,
     picture_format,
@@ -22,6 +23,7 @@ from vslice.options import (
     set_option,
     settings_without_effect,
     start_option,
+    with_nozzle,
 )
 from vslice.terminal.session import common, progress, say
 
@@ -50,6 +52,7 @@ FORMATS = ("csv", "md", "json")
     "in percent, or J where there is no bound; else what the objective measures, in mm or s.",
 )
 @profile_option
+@nozzle_option
 @set_option
 @output_option("Table; .csv, .md or .json by its extension. By default, and with -, Markdown on stdout.")
 @common
@@ -62,6 +65,7 @@ def command(
     start: str,
     plot: Path | None,
     profile_name: str,
+    nozzle_name: str | None,
     overrides: tuple[str, ...],
     out: Path | None,
 ) -> None:
@@ -95,8 +99,8 @@ def command(
     if all("effort" in IGNORED.get(name, ()) for name in names):
         no_effect(", ".join(names), "effort")
     settings_without_effect("the order of toolpaths", overrides, "gcode", "printer")
-    profile = profiles.load(profile_name, overrides)
-    problem, spacing_mm = comparison.load_instance(file, start)
+    profile = profiles.load(profile_name, with_nozzle(nozzle_name, overrides))
+    problem, spacing_mm = comparison.load_instance(file, start, profile)
     machine = comparison.Machine(profile, spacing_mm)
     if problem.first is None and start == "corner":
         no_effect("an instance without a first toolpath", "start")

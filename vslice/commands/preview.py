@@ -9,12 +9,24 @@ import click
 
 from dialect.source import MAX_BYTES
 from vslice import output
-from vslice.options import no_effect, not_onto_input, not_onto_profile, picture_format, program_profile_option
+from vslice.options import (
+    no_effect,
+    not_onto_input,
+    not_onto_profile,
+    nozzle_option,
+    picture_format,
+    program_profile_option,
+    set_option,
+    with_nozzle,
+)
 from vslice.terminal.failure import InputError
 from vslice.terminal.session import common, say
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from gcode.moves import Move
+    from slicer.grid import Grid
 
 MOST = 5  # gaps that are shown one by one
 
@@ -36,6 +48,11 @@ MOST = 5  # gaps that are shown one by one
     help="Of a grid: the tilt of each tile, or the toolpaths in it.",
 )
 @click.option(
+    "--conflicts",
+    is_flag=True,
+    help="Of a grid: the toolpaths that stand in the nozzle's way in a ring, and the worst pair.",
+)
+@click.option(
     "--color",
     type=click.Choice(["kind", "order"]),
     default="kind",
@@ -46,8 +63,20 @@ MOST = 5  # gaps that are shown one by one
     "--dpi", default=150, show_default=True, type=click.IntRange(20, 1200), help="Resolution of a PNG."
 )
 @program_profile_option
+@nozzle_option
+@set_option
 @common
-def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profile_name: str | None) -> None:
+def command(
+    file: Path,
+    out: Path | None,
+    show: str,
+    conflicts: bool,
+    color: str,
+    dpi: int,
+    profile_name: str | None,
+    nozzle_name: str | None,
+    overrides: tuple[str, ...],
+) -> None:
     """Draw a grid or a G-code program.
 
     A grid is a file whose first character is a brace; anything else is read as G-code. FILE may be - for
@@ -66,9 +95,15 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
     data = sys.stdin.buffer.read(MAX_BYTES + 1) if given else b""
     is_grid = begins_as_grid(data) if given else _is_grid(file)
     if is_grid:
-        no_effect("a grid", "color", "profile_name")
+        no_effect("a grid", "color")
     else:
-        no_effect("a program", "show")
+        no_effect("a program", "show", "conflicts")
+    if not conflicts:
+        no_effect("a grid" if is_grid else "a program", "nozzle_name", "overrides")
+    if is_grid and conflicts:
+        no_effect("a picture of conflicts", "show")
+    elif is_grid:
+        no_effect("a grid", "profile_name")
     from gcode import preview
 
     if is_grid:
@@ -80,7 +115,10 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
             say_warnings(sheet)
         else:
             sheet = read_grid(file)
-        figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
+        if conflicts:
+            figure = _of_conflicts(sheet, profile_name, with_nozzle(nozzle_name, overrides))
+        else:
+            figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
     else:
         from dialect.source import load_stream
         from vslice.machine import read_program
@@ -96,6 +134,26 @@ def command(file: Path, out: Path | None, show: str, color: str, dpi: int, profi
         )
     output.write(target, [preview.picture(figure, file_format, dpi=dpi)])
     say(f"picture written to {target}")
+
+
+def _of_conflicts(sheet: "Grid", profile_name: str | None, overrides: tuple[str, ...]) -> "Figure":
+    """The picture of what stands in a nozzle's way.
+
+    Raises:
+        InputError: the nozzle is a point.
+    """
+    import profiles
+    from vslice.conflicts import draw_conflicts
+    from vslice.machine import FALLBACK
+    from vslice.pipeline import hatched
+
+    name = profile_name or FALLBACK
+    profile = profiles.load(name, overrides)
+    if profile.nozzle.tip_width_mm <= 0:
+        raise InputError(
+            f"{name}: its nozzle is a point, in whose way nothing stands; name one with --nozzle."
+        )
+    return draw_conflicts(sheet, hatched(sheet), profile)
 
 
 def _say_gaps(gaps: "list[Move]") -> None:

@@ -11,7 +11,7 @@ from vslice.terminal.session import common
 @common
 @click.pass_context
 def command(ctx: click.Context) -> None:
-    """List the shipped profiles, show one, or print the schema of a profile file."""
+    """List the shipped profiles, show one, list nozzles, or print the schema of a profile file."""
     if ctx.invoked_subcommand is None:
         import profiles
 
@@ -35,6 +35,37 @@ def show(name: str) -> None:
             click.echo(f"# {setting.description}")
             click.echo(f"{key} = {_toml(value)}" if value is not None else f"# {key} = ")
         click.echo()
+
+
+@command.command("nozzles", epilog="Example: vslice profiles nozzles --sources")
+@click.option("--sources", is_flag=True, help="Also where the dimensions stand, and what was not verified.")
+@common
+def nozzles(sources: bool) -> None:
+    """List the nozzles that --nozzle knows, with their dimensions in mm."""
+    from profiles.nozzles import known_nozzles
+
+    heads = ("nozzle", "bore", "tip width", "cone", "length", "shoulder", "what it is")
+    rows: list[tuple[str, ...]] = [heads]
+    notes: dict[tuple[str, str], list[str]] = {}
+    for nozzle in known_nozzles().values():
+        sizes = (
+            nozzle.bore_mm,
+            nozzle.tip_width_mm,
+            nozzle.cone_deg,
+            nozzle.length_mm,
+            nozzle.shoulder_width_mm,
+        )
+        rows.append((nozzle.name, *(f"{size:g}" for size in sizes), nozzle.what))
+        notes.setdefault((nozzle.source, nozzle.unverified), []).append(nozzle.name)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        name, *middle, what = row
+        cells = [f"{cell:>{width}}" for cell, width in zip(middle, widths[1:-1], strict=True)]
+        click.echo("  ".join([f"{name:<{widths[0]}}", *cells, what]))
+    for (source, unverified), names in notes.items() if sources else ():
+        click.echo(f"\n{', '.join(names)}\n  source: {source}")
+        if unverified:
+            click.echo(f"  not verified: {unverified}")
 
 
 @command.command("schema", epilog="Example: vslice profiles schema > profile.schema.json")

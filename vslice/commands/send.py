@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vslice.options import Number, baud_rate, program_profile_option, set_option
+from vslice.options import (
+    Number,
+    baud_rate,
+    nozzle_option,
+    program_profile_option,
+    set_option,
+    with_nozzle,
+)
 from vslice.terminal.dry_running import show_dry_run
 from vslice.terminal.interrupted import ask, ask_of_port
 from vslice.terminal.resuming import interrupted_job, resume_program
@@ -28,6 +35,7 @@ MOST = 5  # violations that are shown one by one
     "--port", metavar="PORT", help="A device, socket://HOST:PORT, rfc2217://.., spy://PORT, marlin://"
 )
 @program_profile_option
+@nozzle_option
 @set_option
 @click.option("--dry-run", is_flag=True, help="Run the same code against an emulated printer, time flying.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted job, from its journal.")
@@ -56,6 +64,7 @@ def command(
     program_file: Path | None,
     port: str | None,
     profile_name: str | None,
+    nozzle_name: str | None,
     overrides: tuple[str, ...],
     dry_run: bool,
     resume: bool,
@@ -104,7 +113,7 @@ def command(
             "Which program? Give PART.gcode, or --resume to go on with an interrupted job."
         )
     with said_if_interrupted("Nothing was sent."):
-        _, profile = read_profile(program_file, profile_name, overrides)
+        _, profile = read_profile(program_file, profile_name, with_nozzle(nozzle_name, overrides))
     settings = replace(settings_of(profile), **{k: v for k, v in given.items() if v is not None})
     if settings.give_up_after_s <= settings.probe_after_s:
         raise click.UsageError(

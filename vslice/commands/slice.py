@@ -19,13 +19,16 @@ from vslice.options import (
     no_effect,
     not_onto_input,
     not_onto_profile,
+    nozzle_option,
     objective_option,
     output_option,
     profile_option,
     seconds,
     set_option,
     start_option,
+    with_nozzle,
 )
+from vslice.pressed import pressed
 from vslice.terminal.session import common, progress, say, so_far, warnings_said
 
 if TYPE_CHECKING:  # it imports all that is heavy
@@ -40,6 +43,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @grid_argument
 @output_option("G-code file; - is stdout. By default GRID.gcode beside the grid.")
 @profile_option
+@nozzle_option
 @set_option
 @click.option(
     "--method",
@@ -69,6 +73,7 @@ def command(
     grid_file: Path,
     out: Path | None,
     profile_name: str,
+    nozzle_name: str | None,
     overrides: tuple[str, ...],
     method: str,
     effort: str,
@@ -106,6 +111,7 @@ def command(
     from vslice.objective import objective_name
     from vslice.pipeline import Search, slice_grid
 
+    overrides = with_nozzle(nozzle_name, overrides)
     unit = unit_of(objective_name(objective))
     search = Search(method, effort, objective, start, seed, time_limit_s, workers)
     with progress(6) as step, compiling() as first_run, warnings_said():
@@ -174,6 +180,8 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
         "estimated time": f"{sum(parts):.1f} s, without homing and heating",
         "saved": f"{_saved(sliced)}, by {result.method}{early}",
     }
+    if sliced.pressing is not None:
+        rows["nozzle"] = pressed(sliced.pressing, sliced.profile)
     if result.objective == "time":
         rows["minimised"] = f"{result.cost:.1f} s of travels from stop to stop{_known(result)}"
     return rows

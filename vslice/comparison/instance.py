@@ -11,11 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from profiles import Profile
 from slicer import grid
 from slicer.errors import GridError, SlicerError
 from slicer.sequence import Problem
 from slicer.sequence.problem import REACH_MM
-from vslice.pipeline import hatched, problem_of
+from vslice.nozzle import body_of
+from vslice.pipeline import hatched, printable, problem_of
 from vslice.reading import read_grid
 
 
@@ -31,10 +33,12 @@ class Instance(NamedTuple):
     spacing_mm: NDArray[np.float64] | None
 
 
-def load_instance(path: Path, start: str) -> Instance:
-    """The sheet of a grid file, or of an instance.
+def load_instance(path: Path, start: str, profile: Profile | None = None) -> Instance:
+    """The sheet of a grid file, or of an instance, for the nozzle of a machine.
 
     Args:
+        profile: the machine, by default one whose nozzle is a point; where an instance says no spacing, its
+            beads are as high as they are wide.
         start: "corner" is the lowest toolpath of the bottom left tile of a grid, at its lower end, and the
             first toolpath of an instance in either direction; "free" is wherever is best.
 
@@ -42,19 +46,25 @@ def load_instance(path: Path, start: str) -> Instance:
         GridError: the file is neither; one line for each problem.
         SlicerError: the grid leaves no toolpaths.
     """
+    profile = profile or Profile()
     data = _json_object(path)
     if data is None or not ({"segments", "first"} & data.keys()):
         sheet = read_grid(path)
         lines = hatched(sheet)
-        return Instance(
-            problem_of(lines.segments, start), sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
-        )
+        spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+        body = body_of(profile, spacing)
+        lines = printable(lines, body)
+        problem = problem_of(lines.segments, start, body, profile.nozzle.downhill_deg)
+        return Instance(problem, sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]])
     problems = _problems(data)
     if problems:
         raise GridError(str(path), problems)
     try:
         first = data["first"] if start == "corner" else None
-        return Instance(Problem.build(np.array(data["segments"], np.float64), first=first), None)
+        segments = np.array(data["segments"], np.float64)
+        body = body_of(profile, np.full(len(segments), profile.material.width_mm))
+        problem = Problem.build(segments, body=body, downhill_deg=profile.nozzle.downhill_deg, first=first)
+        return Instance(problem, None)
     except SlicerError as error:
         raise GridError(str(path), [str(error)]) from None
 

@@ -119,7 +119,11 @@ def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, 
     order = sequence.solve(problem, method="greedy").order
     for toolpaths in sorted({min(part, problem.n) for part in PARTS}):
         # What greedy prints first is closed downwards, so it is a sheet like the whole.
-        part = Problem.build(problem.segments[np.sort(order[:toolpaths])])
+        part = Problem.build(
+            problem.segments[np.sort(order[:toolpaths])],
+            body=problem.body,
+            downhill_deg=machine.profile.nozzle.downhill_deg,
+        )
         for method in dict.fromkeys([*methods, "greedy"]):
             result = sequence.solve(
                 part, method=method, effort="quick", objective=objective_of(machine.profile, objective)

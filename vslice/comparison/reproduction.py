@@ -82,7 +82,7 @@ def table_of_methods(grids: int, effort: str, step: Steps) -> str:
         "run [s]",
     ]
     lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
-    machine, methods = Machine(profiles.load("marlin-generic")), list(sequence.METHODS)
+    machine, methods = Machine(profiles.load("paper")), list(sequence.METHODS)
     for tiles in TABLE_ONE:
         tables = []
         for seed in range(grids):

@@ -17,6 +17,7 @@ WRONG_INPUT = {
     "ReadError",
     "BuildVolumeError",
     "CrossingError",
+    "CycleError",
     "SequenceError",
     "ProtocolError",
     "OptionError",

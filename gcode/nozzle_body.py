@@ -1,0 +1,127 @@
+"""The nozzle's body as the check sees it: how deep a printed line pushes into it on the way along another.
+
+It is independent of the planner on purpose. Seen from the tip, the body is a needle, a flat whose flanks open
+upwards without end, and a shoulder, all that is less than its half width away from the axis, from its height
+on. The depth of a point is its distance to the nearest face of the one or of the other, inside.
+
+With one line printed and the tip on another, the differences of their points fill a parallelogram. In a body
+that widens upwards depth grows with height, so the deepest of them lies on its upper edge: two lines, taken
+from left to right. Along them depth is the least of three linear functions, hence concave, and its greatest
+value stands at an end, above the axis, or where two of the functions cross. All is done for many pairs at
+once.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from profiles.profile import Nozzle
+
+FloatArray = NDArray[np.float64]
+
+
+class Faces(NamedTuple):
+    """One of the two parts of a body: a bottom at ``floor``, and two sides that lean outwards by an angle.
+
+    Attributes:
+        floor: height of the bottom above the tip, in mm.
+        half: half of its width there.
+        sine, cosine: of the angle between its sides and the axis.
+    """
+
+    floor: float
+    half: float
+    sine: float
+    cosine: float
+
+    def depth(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """How deep points lie inside, seen from the tip; 0 or less outside."""
+        return np.minimum(y - self.floor, (self.half - np.abs(x)) * self.cosine + y * self.sine)
+
+
+def parts_of(nozzle: Nozzle) -> list[Faces]:
+    """The parts of a profile's nozzle; none where it is a point."""
+    if nozzle.tip_width_mm <= 0:
+        return []
+    angle = math.radians(nozzle.cone_deg)
+    parts = [Faces(0.0, nozzle.tip_width_mm / 2, math.sin(angle), math.cos(angle))]
+    if nozzle.length_mm is not None and nozzle.shoulder_width_mm > 0:
+        parts.append(Faces(nozzle.length_mm, nozzle.shoulder_width_mm / 2, 0.0, 1.0))
+    return parts
+
+
+class Depths(NamedTuple):
+    """How deep, and where the tip stands then: arrays of one length, in mm."""
+
+    depth: FloatArray
+    x: FloatArray
+    y: FloatArray
+
+
+def depths(parts: list[Faces], printed: FloatArray, path: FloatArray) -> Depths:
+    """The greatest depth to which printed lines push into the body while the tip goes along paths.
+
+    Args:
+        printed, path: float64 (p, 4), x and y of both ends of the one and of the other, pair by pair.
+    """
+    a, b = _left_to_right(printed), _left_to_right(path)
+    rise_a, rise_b = a[:, 2:] - a[:, :2], b[:, 2:] - b[:, :2]
+    # The upper edge begins with the steeper line. It is walked to the right; the tip walks to the left.
+    a_first = rise_a[:, 1] * rise_b[:, 0] > rise_b[:, 1] * rise_a[:, 0]
+    step = np.where(a_first[:, None], rise_a, rise_b)
+    corner = a[:, :2] - b[:, 2:]
+    middle, end = corner + step, a[:, 2:] - b[:, :2]
+    turn = np.where(a_first[:, None], b[:, 2:], b[:, :2])
+    best = Depths(np.full(len(a), -np.inf), b[:, 2].copy(), b[:, 3].copy())
+    for part in parts:
+        for from_, to, tip_from, tip_to in (
+            (corner, middle, b[:, 2:], turn),
+            (middle, end, turn, b[:, :2]),
+        ):
+            at, depth = _deepest_along(part, from_, to)
+            better = depth > best.depth
+            tip = tip_from + at[:, None] * (tip_to - tip_from)
+            best = Depths(
+                np.where(better, depth, best.depth),
+                np.where(better, tip[:, 0], best.x),
+                np.where(better, tip[:, 1], best.y),
+            )
+    return best
+
+
+def _left_to_right(lines: FloatArray) -> FloatArray:
+    """Lines with their left end first; of an upright one the lower end."""
+    upright = lines[:, 0] == lines[:, 2]
+    turned = (lines[:, 0] > lines[:, 2]) | (upright & (lines[:, 1] > lines[:, 3]))
+    return np.where(turned[:, None], lines[:, [2, 3, 0, 1]], lines)
+
+
+def _deepest_along(part: Faces, from_: FloatArray, to: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where between two points (p, 2) depth is greatest, as a part of the way, and how great it is."""
+    x, y = from_.T
+    dx, dy = (to - from_).T
+    places = [np.zeros(len(x)), np.ones(len(x)), _zero(x, dx)]
+    for side in (1.0, -1.0):
+        # The bottom is as far as this side: y - floor = (half - side x) cosine + y sine.
+        value = (part.half - side * x) * part.cosine + y * part.sine - (y - part.floor)
+        places.append(_zero(value, -side * dx * part.cosine + dy * (part.sine - 1.0)))
+    found = np.stack([part.depth(x + at * dx, y + at * dy) for at in places])
+    best = found.argmax(axis=0)
+    rows = np.arange(len(x))
+    return np.stack(places)[best, rows], found[best, rows]
+
+
+def _zero(value: FloatArray, slope: FloatArray) -> FloatArray:
+    """Where a linear function is 0, kept between 0 and 1."""
+    safe = np.where(slope == 0.0, 1.0, slope)
+    return np.clip(np.where(slope == 0.0, 0.0, -value / safe), 0.0, 1.0)
+
+
+def most(parts: list[Faces], apart: FloatArray, above: FloatArray) -> FloatArray:
+    """No pair pushes deeper that is so far apart along x, with the printed at most so far above the path."""
+    found = parts[0].depth(apart, above)
+    for part in parts[1:]:
+        found = np.maximum(found, part.depth(apart, above))
+    return found

@@ -1,0 +1,115 @@
+"""The nozzle's body on the command line: by name, from a profile, in the check, in pictures and in comparison."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import profiles
+from vslice.nozzle import body_of
+
+GRID = '{"tile_mm": 2.0, "spacing_mm": 0.4, "angles_deg": [[-30, 20], [10, -40]]}'
+VALLEY = '{"tile_mm": 2.0, "spacing_mm": 0.2, "angles_deg": [[-60, 60]]}'
+
+
+def write(text):
+    Path("grid.json").write_text(text)
+
+
+@pytest.mark.parametrize("start", ["corner", "free"])
+def test_a_sheet_is_planned_for_a_nozzle_by_name(run, start):
+    write(GRID)
+    _, _, err = run(
+        "grid.json", "-o", "part.gcode", "--nozzle", "30g", "--method", "greedy", "--start", start
+    )
+    assert "30G: presses at most" in err
+    text = Path("part.gcode").read_text()
+    assert "; vslice nozzle = 30G" in text
+    assert '; nozzle.name = "30G"' in text
+    assert "; nozzle.tip_width_mm = 0.3112" in text
+
+
+def test_a_nozzle_that_is_none_is_wrong_use(run):
+    write(GRID)
+    code, _, err = run("grid.json", "--nozzle", "25")
+    assert code == 2
+    assert "there is no nozzle '25'. Did you mean '25G'?" in err
+
+
+def test_toolpaths_in_a_ring_are_refused_with_what_to_do(run):
+    write(VALLEY)
+    code, _, err = run("grid.json", "-o", "part.gcode", "--nozzle", "18G", "--method", "greedy")
+    assert code == 2
+    assert "stand in one another's way" in err
+
+
+def test_the_check_sees_a_wider_nozzle_than_was_planned_for_and_tells_the_deepest_press(run):
+    write(VALLEY)
+    assert run("grid.json", "-o", "part.gcode", "-p", "paper", "--method", "greedy")[0] == 0
+    code, out, err = run("check", "part.gcode")
+    assert (code, out) == (0, "")
+    assert "presses" not in err
+    code, out, err = run("check", "part.gcode", "--nozzle", "18G")
+    assert code == 1
+    assert ": nozzle: " in out
+    assert "nozzle 18G: presses at most 0." in err
+    code, out, _ = run("check", "part.gcode", "--nozzle", "18G", "--json")
+    said = json.loads(out)["nozzle"]
+    assert said["allowed_mm"] == 0.1
+    assert said["depth_mm"] > 0.1
+    assert said["line"] > said["against"] > 0
+    code, _, err = run("check", "part.gcode", "--nozzle", "18G", "--set", "nozzle.press_mm=2.0")
+    assert code == 0
+    assert "allowed 2.00" in err
+
+
+def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
+    write(GRID)
+    Path("lab.toml").write_text('[gcode]\nstart = ["G28", "M109 S200"]\n[motion]\nprime_mm = 0\n')
+    words = ["grid.json", "-o", "part.gcode", "-p", "lab.toml", "--method", "greedy"]
+    assert run(*words)[2].count("lab.toml does not say [nozzle] tip_width_mm") == 1
+    assert "tip_width_mm" not in run(*words, "--set", "nozzle.tip_width_mm=0")[2]
+    assert "does not say" not in run(*words, "--nozzle", "32G")[2]
+
+
+def test_the_planner_gets_the_body_of_the_profile():
+    profile = profiles.load("marlin-generic", ["nozzle.tip_width_mm=0.6", "nozzle.cone_deg=45"])
+    body = body_of(profile, [0.3, 0.2])
+    assert body == pytest.approx((0.3, 1.0, float("inf"), 0.0, 0.1))
+    assert body_of(profiles.load("paper"), [0.2]).is_point
+
+
+def test_nozzles_are_compared_and_the_widest_is_found(run):
+    write(VALLEY)
+    code, out, err = run("nozzles", "grid.json", "--only", "18G,32G", "--json", "--plot", "a.svg")
+    assert code == 0
+    said = json.loads(out)
+    wide, narrow = said["nozzles"]
+    assert wide["in_cycles"] > 0 == narrow["in_cycles"]
+    assert narrow["pieces"] == narrow["toolpaths"]
+    assert narrow["travel_s"] > 0
+    assert narrow["tip_width_mm"] < said["widest_tip_mm"] < wide["tip_width_mm"]
+    assert Path("a.svg").stat().st_size > 1000
+    # Just below it the sheet is planned whole, just above it is refused.
+    for width, ends in ((said["widest_tip_mm"] * 0.98, 0), (said["widest_tip_mm"] * 1.02, 2)):
+        words = ["--set", f"nozzle.tip_width_mm={width}", "--method", "greedy"]
+        assert run("grid.json", "-o", "part.gcode", "-q", *words)[0] == ends
+    _, out, _ = run("nozzles", "grid.json", "--only", "32G")
+    assert "The widest blunt needle that prints it without a cut" in out
+
+
+def test_conflicts_are_drawn_for_a_nozzle_with_a_body(run):
+    write(VALLEY)
+    assert run("preview", "grid.json", "--conflicts", "--nozzle", "18G", "-o", "a.svg")[0] == 0
+    drawn = Path("a.svg").read_text()
+    assert "toolpaths in cycles" in drawn
+    assert "the worst pair presses" in drawn
+    code, _, err = run("preview", "grid.json", "--conflicts", "-p", "paper", "-o", "a.svg")
+    assert code == 2
+    assert "its nozzle is a point" in err
+
+
+def test_known_nozzles_are_listed_with_their_sources(run):
+    _, out, _ = run("profiles", "nozzles", "--sources")
+    assert any(line.split()[:3] == ["25G", "0.26", "0.5144"] for line in out.splitlines())
+    assert "not verified" in out
