@@ -6,6 +6,15 @@ from slicer.sequence.states.column_skylines import Skylines, sets_of_states, sky
 from slicer.sequence.states.corridor import extent, widest_corridor
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
+from slicer.sequence.states.joint_states import (
+    Needs,
+    holds,
+    joint_states,
+    needed,
+    needs,
+    needs_printed,
+    out_of_reach,
+)
 from slicer.sequence.states.section import NONE, Section, extents
 
 __all__ = [
@@ -14,6 +23,7 @@ __all__ = [
     "Blocks",
     "DownSets",
     "Ground",
+    "Needs",
     "Section",
     "Skylines",
     "all_down_sets",
@@ -22,6 +32,12 @@ __all__ = [
     "down_sets",
     "extent",
     "extents",
+    "holds",
+    "joint_states",
+    "needed",
+    "needs",
+    "needs_printed",
+    "out_of_reach",
     "sets_of_states",
     "skylines",
     "widest_corridor",

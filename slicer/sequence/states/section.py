@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.problem import CostModel, Objective, Problem
+from slicer.sequence.problem import CostModel, Objective, Problem, compressed
 
 NONE = -1
 
@@ -17,9 +17,11 @@ class Section:
 
     Attributes:
         segments: float64 (n, 2, 2) in mm.
-        pred_start, pred, succ_start, succ: the covering relation both ways, as in ``Problem``.
+        pred_start, pred, succ_start, succ: the precedence both ways, as in ``Problem``.
+        allowed: bool (n, 2), whether toolpath s may be printed in direction f.
         column: int32 (n,), the column of each toolpath; every number from 0 has a toolpath.
-        starts: int32 (k,), oriented toolpaths to begin with. One toolpath, or all minimal ones.
+        starts: int32 (k,), oriented toolpaths to begin with. One toolpath, or all minimal ones, in directions
+            that they may have.
         last: the oriented toolpath that the order must end with, or ``NONE``.
         cost_model: what a travel costs.
         routed: whether travels keep above what is printed.
@@ -34,6 +36,7 @@ class Section:
     pred: NDArray[np.int32]
     succ_start: NDArray[np.int32]
     succ: NDArray[np.int32]
+    allowed: NDArray[np.bool_]
     column: NDArray[np.int32]
     starts: NDArray[np.int32]
     last: int
@@ -51,6 +54,7 @@ class Section:
             problem.pred,
             problem.succ_start,
             problem.succ,
+            problem.allowed,
             problem.column,
             problem.starts,
             NONE,
@@ -94,15 +98,16 @@ class Section:
         numbers, column = np.unique(problem.column[paths], return_inverse=True)
         starts = np.array([inner[0] & 1], np.int32)
         if begin == 0:
-            allowed = problem.starts
-            allowed = allowed[inside[allowed >> 1] != NONE]
-            starts = np.sort(2 * inside[allowed >> 1] + (allowed & 1)).astype(np.int32)
+            begun = problem.starts
+            begun = begun[inside[begun >> 1] != NONE]
+            starts = np.sort(2 * inside[begun >> 1] + (begun & 1)).astype(np.int32)
         return cls(
             np.ascontiguousarray(problem.segments[paths]),
             pred_start,
             pred,
             succ_start,
             succ,
+            problem.allowed[paths],
             column.astype(np.int32).ravel(),
             starts,
             NONE if end == problem.n else int(2 * (len(paths) - 1) + (inner[-1] & 1)),
@@ -128,6 +133,22 @@ class Section:
         paths = np.unique(self.starts >> 1)
         return int(paths[0]) if len(paths) == 1 else NONE
 
+    @property
+    def within_columns(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """``pred_start`` and ``pred`` of the rows whose toolpaths share a column: all, for a point nozzle."""
+        row = np.repeat(np.arange(self.n, dtype=np.int32), np.diff(self.pred_start))
+        same = self.column[row] == self.column[self.pred]
+        if same.all():
+            return self.pred_start, self.pred
+        return compressed(row[same], self.pred[same], self.n)
+
+    @property
+    def ties(self) -> NDArray[np.int32]:
+        """int32 (m, 2), the rows of the precedence that join two columns, as in ``Problem.edges``."""
+        row = np.repeat(np.arange(self.n, dtype=np.int32), np.diff(self.pred_start))
+        apart = self.column[row] != self.column[self.pred]
+        return np.stack([self.pred[apart], row[apart]], axis=1)
+
 
 def extents(problem: Problem) -> NDArray[np.float64]:
     """float64 (c, 2), least and greatest x of each column of a problem."""
@@ -148,7 +169,8 @@ def _restrict(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """The rows ``paths`` of a compressed relation, with only those neighbours that are among them.
 
-    Covering relations of a convex subset (what a window holds is one) are those of the whole.
+    What generates the precedence of the whole generates that of a convex subset, and what a window holds is
+    one: whatever must come between two of its toolpaths comes between them in every order.
     """
     out_start = np.zeros(len(paths) + 1, np.int32)
     total = 0

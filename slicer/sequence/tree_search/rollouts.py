@@ -215,12 +215,14 @@ def _best(
     Near is good, and so is early in the best sequence, whose large structure a rollout keeps.
     """
     ready, tree = room.ready, room.tree
-    points, cost_model, order = tour.points, tour.cost_model, tour.order
+    points, cost_model, order, allowed = tour.points, tour.cost_model, tour.order, tour.allowed
     least, next_least = FORBIDDEN, FORBIDDEN
     best, second = NONE, NONE
     for t in range(count):
         s = order[0, root + ready[t]] >> 1
         for v in range(2 * s, 2 * s + 2):
+            if not allowed[v]:
+                continue
             score = arc_cost(points, cost_model, u, v) + bias * ready[t]
             if score >= next_least:
                 continue
