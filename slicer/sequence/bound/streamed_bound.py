@@ -17,7 +17,16 @@ from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT
 from slicer.sequence.bound.streamed_dp import Layout, Values, evaluate_pair
 from slicer.sequence.bound.streamed_subgradient import add_pair_subgradient
 from slicer.sequence.problem import Search
-from slicer.sequence.states import NONE, DownSets, Section, all_down_sets, extent, needed, needs
+from slicer.sequence.states import (
+    NONE,
+    DownSets,
+    Section,
+    all_down_sets,
+    extent,
+    join_tied_columns,
+    needed,
+    needs,
+)
 
 FIRST_STEP = 0.2
 USUAL_GAP = 0.06
@@ -42,7 +51,7 @@ def raise_streamed_bound(search: Search) -> None:
     """
     if search.objective.routed:
         return None
-    section = Section.whole(search.problem, search.objective)
+    section = join_tied_columns(Section.whole(search.problem, search.objective))
     if section.columns < 2:
         return search.report("a single column, no bound")
     sets = all_down_sets(section, MOST_DOWN_SETS)

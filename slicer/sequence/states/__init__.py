@@ -16,6 +16,7 @@ from slicer.sequence.states.joint_states import (
     out_of_reach,
 )
 from slicer.sequence.states.section import NONE, Section, extents
+from slicer.sequence.states.tied_columns import join_tied_columns
 
 __all__ = [
     "NONE",
@@ -33,6 +34,7 @@ __all__ = [
     "extent",
     "extents",
     "holds",
+    "join_tied_columns",
     "joint_states",
     "needed",
     "needs",

@@ -1,6 +1,6 @@
 """A section of a sequence that is to be ordered anew: the whole problem, or what a window holds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,6 +115,35 @@ class Section:
             objective.routed,
             ground,
             extent[numbers],
+        )
+
+    def part(self, chosen: NDArray[np.bool_]) -> "Section":
+        """The chosen toolpaths, bool (n,), as one column; a first or last one that is among them stays so."""
+        paths = np.flatnonzero(chosen).astype(np.int32)
+        inside = np.full(self.n, NONE, np.int32)
+        inside[paths] = np.arange(len(paths), dtype=np.int32)
+        pred_start, pred = _restrict(self.pred_start, self.pred, paths, inside)
+        succ_start, succ = _restrict(self.succ_start, self.succ, paths, inside)
+        starts = self.starts[chosen[self.starts >> 1]]
+        if self.first == NONE or len(starts) == 0:
+            minimal = np.flatnonzero(np.diff(pred_start) == 0)
+            starts = (2 * minimal[:, None] + np.arange(2)).ravel()
+        else:
+            starts = 2 * inside[starts >> 1] + (starts & 1)
+        last = self.last
+        if last != NONE:
+            last = int(2 * inside[last >> 1] + (last & 1)) if chosen[last >> 1] else NONE
+        return replace(
+            self,
+            segments=self.segments[paths],
+            pred_start=pred_start,
+            pred=pred,
+            succ_start=succ_start,
+            succ=succ,
+            allowed=self.allowed[paths],
+            column=np.zeros(len(paths), np.int32),
+            starts=starts.astype(np.int32),
+            last=last,
         )
 
     @property
