@@ -1,4 +1,6 @@
-"""What can be printed at a moment: down-sets, blocks of columns, corridors, and the skylines over them."""
+"""What can be printed at a moment: down-sets, which of them go together, blocks of columns, corridors, and
+the skylines over them.
+"""
 
 from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover

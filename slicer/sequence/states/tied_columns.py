@@ -23,7 +23,7 @@ MOST_TOOLPATHS = 1_200_000
 def join_tied_columns(section: Section, most_down_sets: int = MOST_DOWN_SETS) -> Section:
     """Join neighbouring columns, from left to right, while they are tied and have few down-sets together.
 
-    Joined columns do not overlap in x either, and nothing else of a section changes. Without ties, it is given
+    Joined columns do not overlap in x either; nothing else of a section changes. Without ties, it is given
     back as it is.
     """
     ties = section.ties

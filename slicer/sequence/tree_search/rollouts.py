@@ -36,8 +36,8 @@ class Room(NamedTuple):
     """What one tree and its rollouts write to, made once for all trees.
 
     Attributes:
-        missing: int32 (2, m), for each toolpath of the stretch, how many just below it are not printed: at
-            the root, and now.
+        missing: int32 (2, m), for each toolpath of the stretch, how many that it waits for are not printed:
+            at the root, and now.
         ready: int32 (m,), the printable ones, by their position in the stretch.
         sequence: int32 (m,), the stretch as a rollout orders it.
         tree, worth: see ``tree``.
