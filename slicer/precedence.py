@@ -109,7 +109,8 @@ def hindered(
 def columns(segments: ArrayLike) -> NDArray[np.int32]:
     """Number the column of each toolpath: the connected components of "x-ranges overlap".
 
-    Columns are numbered from left to right. Toolpaths of different columns never constrain each other.
+    Columns are numbered from left to right. Toolpaths of different columns never lie below each
+    other; only a nozzle's body can tie them.
     A vertical on the border between two columns is a column of its own, together with the other
     verticals of that x.
 

@@ -80,17 +80,35 @@ def sequence_cost(objective, segments, order, flipped):
     )
 
 
-def least_cost(objective, segments, first=None, first_flipped=None, last=None, skyline=True):
-    """The least cost over all linear extensions and directions.
+def least_cost(
+    objective,
+    segments,
+    first=None,
+    first_flipped=None,
+    last=None,
+    skyline=True,
+    before=None,
+    allowed=None,
+):
+    """The least cost over all linear extensions and directions; infinite where there is none.
 
     What a travel costs depends on its two ends and on the set that is printed, so that of all beginnings
     with one set and one last oriented toolpath only the cheapest is carried on; none else is left out.
-    ``last`` is the oriented toolpath, 2 * index + flipped, to end with.
+    ``last`` is the oriented toolpath, 2 * index + flipped, to end with. ``before``, bool (n, n), is the
+    precedence, of a nozzle that is a point where None is given; ``allowed``, bool (n, 2), the directions.
     """
     n = len(segments)
-    under = [sum(1 << int(b) for b in np.flatnonzero(column)) for column in relation(segments).T]
+    before = relation(segments) if before is None else before
+    allowed = np.ones((n, 2), bool) if allowed is None else allowed
+    under = [sum(1 << int(b) for b in np.flatnonzero(column)) for column in before.T]
     directions = (0, 1) if first_flipped is None else (int(first_flipped),)
-    layer = {(1 << s, s, f): 0.0 for s in range(n) if not under[s] and first in (None, s) for f in directions}
+    layer = {
+        (1 << s, s, f): 0.0
+        for s in range(n)
+        if not under[s] and first in (None, s)
+        for f in directions
+        if allowed[s, f]
+    }
     for _ in range(n - 1):
         following = {}
         for (printed, u, f), cost in layer.items():
@@ -98,7 +116,7 @@ def least_cost(objective, segments, first=None, first_flipped=None, last=None, s
             for s in range(n):
                 if printed >> s & 1 or under[s] & ~printed:
                     continue
-                for g in (0, 1):
+                for g in np.flatnonzero(allowed[s]).tolist():
                     total = cost + travel_cost(
                         objective, lines, segments[u, 1 - f], segments[s, g], skyline=skyline
                     )

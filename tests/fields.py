@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from slicer.grid import Grid
 from slicer.hatch import hatch
+from slicer.nozzle import NozzleBody
 
 EPS = 1e-9
 
@@ -135,6 +136,64 @@ def relation(segments):
         for a in range(n):
             below[b, a] = a != b and lies_below(segments[b], segments[a])
     return below
+
+
+def hard_core(body, far=1e4):
+    """What of a nozzle at (0, 0) may not touch material: the body with every face moved inwards by its press.
+
+    A little more is left out, so that what only touches it is not in it. Open upwards; None where nothing is left.
+    """
+    press = body.press + 1e-7
+    slant = press * np.hypot(1.0, body.flank)  # a flank moved inwards, along x
+    parts = []
+    floor = press
+    if body.flank > 0 and body.half_width < slant:
+        floor = max(press, (slant - body.half_width) / body.flank)
+    if body.flank > 0 or body.half_width > slant:
+        low, high = (body.half_width + y * body.flank - slant for y in (floor, far))
+        parts.append(shapely.Polygon([(-low, floor), (low, floor), (high, far), (-high, far)]))
+    if np.isfinite(body.length) and body.shoulder > press:
+        side = body.shoulder - press
+        parts.append(shapely.box(-side, body.length + press, side, far))
+    return shapely.union_all(parts) if parts else None
+
+
+def hindered(segments, body):
+    """Boolean (n, n): row must be printed before column, by the definition of a nozzle with this body.
+
+    Everything that column's toolpath would have in the hard core while row is printed: the differences of their
+    points fill a parallelogram.
+    """
+    before = relation(segments)
+    core = hard_core(body) if body.half_width > 0 else None
+    if core is None:
+        return before
+    for b, a in np.ndindex(before.shape):
+        if a != b:
+            differences = (segments[a][:, None] - segments[b][None]).reshape(-1, 2)
+            before[b, a] |= shapely.MultiPoint(differences).convex_hull.intersects(core)
+    return before
+
+
+def allowed_by(segments, downhill_deg):
+    """Boolean (n, 2): whether a toolpath, printed from that end, runs down no more steeply than this."""
+    dx, dy = np.abs(segments[:, 1, 0] - segments[:, 0, 0]), segments[:, 1, 1] - segments[:, 0, 1]
+    falls = np.stack([-dy, dy], axis=1)
+    if downhill_deg == 90:
+        return np.ones(falls.shape, bool)
+    return falls <= dx[:, None] * np.tan(np.radians(downhill_deg)) + 1e-7
+
+
+def random_body(random, scale):
+    """A nozzle of any kind whose dimensions are about ``scale``, none of them round."""
+    half, press = random.uniform(0.05, 1.2) * scale, random.choice([0.0, random.uniform(0.0, 0.5)]) * scale
+    flank = random.choice([0.0, random.uniform(0.05, 1.5)])
+    length, shoulder = np.inf, 0.0
+    if random.random() < 0.4:
+        length = random.uniform(0.2, 2.0) * scale
+        # As wide as the flanks are there, at least.
+        shoulder = half + flank * length + random.uniform(0.1, 2.0) * scale
+    return NozzleBody(half, flank, length, shoulder, press)
 
 
 def closure(below):

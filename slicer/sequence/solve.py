@@ -63,7 +63,8 @@ def solve(
     sequence so far is returned then, and ``Result.stopped`` says so.
 
     Args:
-        segments: float (n, 2, 2), [endpoint, xy] in mm; or a ``Problem``, whose own start then holds.
+        segments: float (n, 2, 2), [endpoint, xy] in mm, for a nozzle that is a point; or a ``Problem``, whose
+            own nozzle, directions and start then hold.
         first: index of the toolpath to begin with; None leaves the start free.
         first_flipped: whether the first toolpath is printed from its second endpoint; None leaves its
             direction free.
@@ -82,7 +83,7 @@ def solve(
     Raises:
         CrossingError: two toolpaths cross or overlap.
         SequenceError: no such method, effort or objective; ``first`` cannot be printed first; ``initial``
-            cannot be printed; fewer than one worker; a negative time limit.
+            cannot be printed, in its order or its directions; fewer than one worker; a negative time limit.
     """
     begin = time.perf_counter()
     goal = _goal(objective)
@@ -115,9 +116,9 @@ def _result(search: Search, method: str, runtime_s: float) -> Result:
     """What the search has come to, once it is seen that it can be printed and contradicts no bound."""
     problem, goal = search.problem, search.objective
     order, flipped = (search.oriented >> 1).astype(np.int64), (search.oriented & 1).astype(np.bool_)
-    refused = problem.refusal(order) if problem.n else None
+    refused = problem.refusal(order, flipped)
     if refused is not None:
-        raise AssertionError(f"method {method} returned an order that cannot be printed: {refused}")
+        raise AssertionError(f"method {method} returned a sequence that cannot be printed: {refused}")
     travel = problem.travel_mm(order, flipped)
     bound = _known(search.lower_bound, search.cost, goal.unit, method)
     straight = _known(search.straight_bound_mm, travel, "mm", method)
@@ -213,14 +214,19 @@ def _given(problem: Problem, initial: Initial, objective: Objective) -> NDArray[
         raise SequenceError(f"the initial order cannot be printed: {refused}")
     if flips is None:
         # The best directions for direct travels need not be the best over the skyline.
-        fixed = problem.first_flipped
         ways = [directed(problem, order, objective)]
-        ways += [(2 * order + flip).astype(np.int32) for flip in (0, 1) if fixed in (None, bool(flip))]
+        ways += [
+            (2 * order + flip).astype(np.int32)
+            for flip in (0, 1)
+            if problem.refusal(order, np.full(problem.n, flip)) is None
+        ]
         return min(ways, key=lambda oriented: true_cost(problem, objective, oriented))
     flipped = np.asarray(flips)
     if flipped.shape != order.shape:
         raise SequenceError(f"the initial directions have shape {flipped.shape}, but must have {order.shape}")
-    if problem.first_flipped is not None and bool(flipped[0]) != problem.first_flipped:
-        raise SequenceError("the initial sequence begins in the other direction than the first toolpath must")
-    oriented: NDArray[np.int32] = (2 * order + flipped.astype(bool)).astype(np.int32)
+    flipped = flipped.astype(bool)
+    refused = problem.refusal(order, flipped)
+    if refused is not None:
+        raise SequenceError(f"the initial sequence cannot be printed: {refused}")
+    oriented: NDArray[np.int32] = (2 * order + flipped).astype(np.int32)
     return oriented

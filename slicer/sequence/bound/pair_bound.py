@@ -13,7 +13,16 @@ from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, Ascent, ascend
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
-from slicer.sequence.states import NONE, Blocks, DownSets, Section, Skylines, connect, skylines
+from slicer.sequence.states import (
+    NONE,
+    Blocks,
+    DownSets,
+    Section,
+    Skylines,
+    connect,
+    joint_states,
+    skylines,
+)
 
 RELATIVE_EPS = 1e-9
 
@@ -61,7 +70,7 @@ class PairBound:
         section: Section,
         sets: DownSets,
         bounds: NDArray[np.int32],
-        allowed: list[NDArray[np.bool_]] | None = None,
+        among: list[NDArray[np.bool_]] | None = None,
     ) -> "PairBound":
         """Set up the bound over blocks of columns, with the multipliers it begins with.
 
@@ -69,9 +78,14 @@ class PairBound:
             section: what is ordered.
             sets: its down-sets.
             bounds: the blocks, see ``blocks.cover``.
-            allowed: the states that count, see ``blocks.connect``; None for all.
+            among: the states that count, of those that a nozzle's body allows; None for all of these.
         """
-        blocks = connect(section, sets, bounds, allowed)
+        closed = joint_states(section, sets, bounds)
+        if among is None or closed is None:
+            among = closed if among is None else among
+        else:
+            among = [a & b for a, b in zip(among, closed, strict=True)]
+        blocks = connect(section, sets, bounds, among)
         costs, multipliers = block_costs(section, blocks)
         return cls(
             section, sets, blocks, costs, _ends(section, sets, blocks), multipliers, skylines(section, sets)
@@ -115,13 +129,13 @@ class PairBound:
         # However close the cut is, the walks that give the bound itself must survive rounding.
         keep = least <= max(cut, self.bound + RELATIVE_EPS * abs(self.bound))
         keep[self.blocks.state_start[:-1]] = True
-        allowed = []
+        among = []
         for k in range(self.blocks.blocks):
             mask = np.zeros(self.blocks.shape(k, self.sets), np.bool_)
             states = slice(self.blocks.state_start[k], self.blocks.state_start[k + 1])
             mask.flat[self.blocks.dense[states][keep[states]]] = True
-            allowed.append(mask)
-        self.blocks = connect(self.section, self.sets, self.blocks.bounds, allowed)
+            among.append(mask)
+        self.blocks = connect(self.section, self.sets, self.blocks.bounds, among)
         self.ends = _ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
 

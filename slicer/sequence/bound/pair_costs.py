@@ -140,7 +140,7 @@ def _measure(
                 out_x, out_y = segments[s, 1 - f, 0], segments[s, 1 - f, 1]
                 cost = direct_cost(cost_model, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
                 direct[arc_start[k] + a * stride + b] = cost
-                if column[s] != column[t]:
+                if column[s] != column[t] and blocks.allowed[2 * low + b]:
                     nearest[0] = min(nearest[0], cost)
                     in_x, in_y = segments[s, f, 0], segments[s, f, 1]
                     cost = direct_cost(cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])

@@ -42,12 +42,16 @@ def evaluate(
     ways: NDArray[np.float64],
     value: NDArray[np.float64],
 ) -> None:
-    """Fill ``value``, numbered as ``Blocks`` does: the least cost from there to the end of the block."""
+    """Fill ``value``, numbered as ``Blocks`` does: the least cost from there to the end of the block.
+
+    Infinite after a toolpath that may not be printed so.
+    """
     most = 0
     for s in range(len(blocks.dense)):
         most = max(most, 2 * (blocks.move_start[s + 1] - blocks.move_start[s]))
     onward = np.empty(most, np.int64)
     rest = np.empty(most)
+    allowed = blocks.allowed
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
         stride = 2 * blocks.path_start[k + 1] - low
@@ -60,6 +64,8 @@ def evaluate(
                 for f in range(2):
                     v = 2 * blocks.move_path[m] + f
                     w = value[blocks.move_value[m] + f]
+                    if w == np.inf:
+                        continue
                     onward[count], rest[count] = v, w
                     count += 1
                     from_left = min(from_left, ways[ENTER_LEFT, low + v] + w)
@@ -69,6 +75,9 @@ def evaluate(
             value[at + 1] = min(from_right, from_left + block_costs.cross[k])
             for x in range(at + OUTSIDE, blocks.value_start[s + 1]):
                 u = blocks.value_path[x]
+                if not allowed[low + u]:
+                    value[x] = np.inf
+                    continue
                 best = min(value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u])
                 row = block_costs.arc_start[k] + u * stride
                 for t in range(count):
@@ -100,6 +109,9 @@ def _finish(
         value[at + 1] = 0.0 if right else block_costs.cross[k] if left else np.inf
     for x in range(at + OUTSIDE, blocks.value_start[final + 1]):
         u = blocks.value_path[x]
+        if not blocks.allowed[low + u]:
+            value[x] = np.inf
+            continue
         value[x] = stays
         if not left and not right:
             own = ends.last_local[0] if ends.last_home[0] == k else ends.last_local[1]

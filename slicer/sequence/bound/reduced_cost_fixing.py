@@ -58,6 +58,8 @@ def bound_through_states(
             for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
                 for f in range(2):
                     v = 2 * blocks.move_path[m] + f
+                    if not blocks.allowed[low + v]:
+                        continue
                     to = blocks.move_value[m] + f
                     best = min(from_left + ways[ENTER_LEFT, low + v], from_right + ways[ENTER_RIGHT, low + v])
                     for x in range(at + OUTSIDE, end):

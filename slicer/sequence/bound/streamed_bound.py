@@ -17,7 +17,16 @@ from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT
 from slicer.sequence.bound.streamed_dp import Layout, Values, evaluate_pair
 from slicer.sequence.bound.streamed_subgradient import add_pair_subgradient
 from slicer.sequence.problem import Search
-from slicer.sequence.states import NONE, DownSets, Section, all_down_sets, extent
+from slicer.sequence.states import (
+    NONE,
+    DownSets,
+    Section,
+    all_down_sets,
+    extent,
+    join_tied_columns,
+    needed,
+    needs,
+)
 
 FIRST_STEP = 0.2
 USUAL_GAP = 0.06
@@ -42,7 +51,7 @@ def raise_streamed_bound(search: Search) -> None:
     """
     if search.objective.routed:
         return None
-    section = Section.whole(search.problem, search.objective)
+    section = join_tied_columns(Section.whole(search.problem, search.objective))
     if section.columns < 2:
         return search.report("a single column, no bound")
     sets = all_down_sets(section, MOST_DOWN_SETS)
@@ -103,6 +112,8 @@ class StreamedBound:
             sets.step_slot,
             sets.top_start,
             number[sets.top_path],
+            section.allowed[order].ravel(),
+            *_ties(section, sets),
         )
         self._columns = columns
         oriented = np.repeat(np.arange(columns), 2 * np.diff(begin))
@@ -192,6 +203,17 @@ class StreamedBound:
             at = 2 * (top - int(self._layout.top_start[self._layout.set_start[column]])) + (u & 1)
             return float(values.left[at, 0] if column == c else values.right[0, at])
         return float(values.outside[0, 0, 1 if column > c else 0])
+
+
+def _ties(section: Section, sets: DownSets) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
+    """``member`` and ``needed`` of a ``Layout``."""
+    known = needs(section, sets, section.ties)
+    of_neighbour = np.zeros((2, *known.member.shape), np.uint64)
+    for c in range(section.columns - 1 if known.member.size else 0):
+        left, right = slice(*sets.start[c : c + 2]), slice(*sets.start[c + 1 : c + 3])
+        of_neighbour[0, right] = needed(section, sets, known, c, c + 1)
+        of_neighbour[1, left] = needed(section, sets, known, c + 1, c)
+    return known.member, of_neighbour
 
 
 def _first_prices(begin: NDArray[np.int32], point: NDArray[np.float64]) -> NDArray[np.float64]:

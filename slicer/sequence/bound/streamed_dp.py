@@ -1,7 +1,7 @@
 """The cheapest walk through one pair of neighbouring columns, without a graph of its states.
 
 The same dynamic programme as ``pair_dp``, for sheets whose blocks together do not fit into memory. All
-pairs of a down-set of the left column and one of the right are states, so that nothing but their values has
+pairs of a down-set of the left column and one of the right have a place, so that nothing but their values has
 to be kept, and those of one pair of columns at a time.
 """
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.states import holds
 
 
 class Layout(NamedTuple):
@@ -23,6 +24,9 @@ class Layout(NamedTuple):
             point[2s + 1 - f].
         seam: float64 (c,), the x of the middle of each column.
         set_start, step_start, step_path, step_to, step_slot, top_start, top_path: see ``DownSets``.
+        allowed: bool (2n,), whether a toolpath may be printed so.
+        member: uint64 (d, w), the toolpaths of each down-set, see ``Needs``.
+        needed: uint64 (2, d, w), what each down-set needs of the column on its left, and on its right.
     """
 
     begin: NDArray[np.int32]
@@ -35,6 +39,9 @@ class Layout(NamedTuple):
     step_slot: NDArray[np.int32]
     top_start: NDArray[np.int32]
     top_path: NDArray[np.int32]
+    allowed: NDArray[np.bool_]
+    member: NDArray[np.uint64]
+    needed: NDArray[np.uint64]
 
 
 class Values(NamedTuple):
@@ -83,7 +90,10 @@ def way_cost(layout: Layout, price: NDArray[np.float64], c: int, way: int, u: in
 
 @kernel
 def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Values) -> None:
-    """Fill the values of columns c and c + 1 at these prices, from everything printed back to nothing."""
+    """Fill the values of columns c and c + 1 at these prices, from everything printed back to nothing.
+
+    Infinite where the down-sets do not go together, and after a toolpath that may not be printed so.
+    """
     a0, b0, end = layout.set_start[c], layout.set_start[c + 1], layout.set_start[c + 2]
     middle = 2 * layout.begin[c + 1]
     size = 2 * layout.begin[c + 2] - middle  # oriented toolpaths of the right column
@@ -118,6 +128,8 @@ def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Va
     over, back = np.empty((most, size)), np.empty((most, size))
     leave, enter = np.empty((2, most)), np.empty((2, most))
     rest, rest_right = np.empty(most), np.empty(most)
+    may = np.empty(most, np.bool_)
+    allowed, member, of_left, of_right = layout.allowed, layout.member, layout.needed[0], layout.needed[1]
     for i in range(b0 - 1, a0 - 1, -1):
         steps = 2 * (layout.step_start[i + 1] - layout.step_start[i])
         tops = 2 * (layout.top_start[i + 1] - layout.top_start[i])
@@ -133,6 +145,7 @@ def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Va
                 back[q, u] = arc_cost(layout, price, c, middle + u, v)
         for p in range(tops):
             u = 2 * layout.top_path[layout.top_start[i] + (p >> 1)] + (p & 1)
+            may[p] = allowed[u]
             leave[0, p] = way_cost(layout, price, c, LEAVE_LEFT, u)
             leave[1, p] = way_cost(layout, price, c, LEAVE_RIGHT, u)
             for v in range(size):
@@ -144,6 +157,9 @@ def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Va
         for j in range(end - 1, b0 - 1, -1):
             if i == b0 - 1 and j == end - 1:
                 _finish(layout, price, c, values)
+                continue
+            if not (holds(member, i, of_left, j) and holds(member, j, of_right, i)):
+                _bar(layout, c, values, i, j)
                 continue
             from_left = from_right = np.inf
             for q in range(steps):
@@ -168,7 +184,7 @@ def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Va
                     best = min(best, own[p, q] + rest[q])
                 for q in range(count):
                     best = min(best, over[p, onward[q]] + rest_right[q])
-                values.left[first_top + p, j - b0] = best
+                values.left[first_top + p, j - b0] = best if may[p] else np.inf
             at = arc_start[j - b0]
             for t in range(2 * layout.top_start[j], 2 * layout.top_start[j + 1]):
                 u = 2 * layout.top_path[t >> 1] + (t & 1) - middle
@@ -178,7 +194,7 @@ def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Va
                 for q in range(count):
                     best = min(best, arc[at] + rest_right[q])
                     at += 1
-                values.right[i - a0, t - 2 * top_base] = best
+                values.right[i - a0, t - 2 * top_base] = best if allowed[u + middle] else np.inf
 
 
 @inner_kernel
@@ -191,7 +207,19 @@ def _finish(layout: Layout, price: NDArray[np.float64], c: int, values: Values) 
         for t in range(2 * layout.top_start[s], 2 * layout.top_start[s + 1]):
             u = 2 * layout.top_path[t >> 1] + (t & 1)
             leave = min(way_cost(layout, price, c, LEAVE_LEFT, u), way_cost(layout, price, c, LEAVE_RIGHT, u))
+            cost = min(0.0, leave) if layout.allowed[u] else np.inf
             if s == b0 - 1:
-                values.left[t - 2 * layout.top_start[a0], j] = min(0.0, leave)
+                values.left[t - 2 * layout.top_start[a0], j] = cost
             else:
-                values.right[i, t - 2 * layout.top_start[b0]] = min(0.0, leave)
+                values.right[i, t - 2 * layout.top_start[b0]] = cost
+
+
+@inner_kernel
+def _bar(layout: Layout, c: int, values: Values, i: int, j: int) -> None:
+    """The values of down-sets i and j that do not go together."""
+    a0, b0 = layout.set_start[c], layout.set_start[c + 1]
+    values.outside[i - a0, j - b0, 0] = values.outside[i - a0, j - b0, 1] = np.inf
+    for t in range(2 * layout.top_start[i], 2 * layout.top_start[i + 1]):
+        values.left[t - 2 * layout.top_start[a0], j - b0] = np.inf
+    for t in range(2 * layout.top_start[j], 2 * layout.top_start[j + 1]):
+        values.right[i - a0, t - 2 * layout.top_start[b0]] = np.inf

@@ -36,7 +36,8 @@ def greedy(search: Search) -> None:
 
     Counts as the paper's Table 1 does, and the aima-python framework under it: every state whose
     successors are asked for is a node visited, the complete one included, and every printable toolpath
-    at such a state gives two states created. The counts are of the run that is kept.
+    at such a state gives two states created, one where its direction is not free. The counts are of the run
+    that is kept.
     """
     least, states = np.inf, 0
     for run in hill_climbs(search):
@@ -55,7 +56,13 @@ def hill_climbs(search: Search) -> Iterator[Climb]:
         if count and search.should_stop():
             return
         oriented, states = hill_climb(
-            problem.segments, problem.pred_start, problem.succ_start, problem.succ, int(start), NONE
+            problem.segments,
+            problem.allowed,
+            problem.pred_start,
+            problem.succ_start,
+            problem.succ,
+            int(start),
+            NONE,
         )
         yield Climb(problem.travel_mm(oriented >> 1, oriented & 1), oriented, states)
 
@@ -63,6 +70,7 @@ def hill_climbs(search: Search) -> Iterator[Climb]:
 @kernel
 def hill_climb(
     segments: NDArray[np.float64],
+    allowed: NDArray[np.bool_],
     pred_start: NDArray[np.int32],
     succ_start: NDArray[np.int32],
     succ: NDArray[np.int32],
@@ -88,7 +96,7 @@ def hill_climb(
     head = np.full(strips, NONE, np.int32)  # doubly linked lists of oriented toolpaths by strip of entry
     after = np.full(2 * n, NONE, np.int32)
     before = np.full(2 * n, NONE, np.int32)
-    missing = np.empty(n, np.int32)  # toolpaths just below that are not printed yet
+    missing = np.empty(n, np.int32)  # rows of the precedence whose earlier toolpath is not printed yet
     ready = np.empty(n, np.int32)
     count = 0
     for s in range(n):
@@ -103,25 +111,29 @@ def hill_climb(
     for k in range(n):
         for t in range(count):  # what has become printable enters its strips
             for f in range(2):
+                if not allowed[ready[t], f]:
+                    continue
                 v = 2 * ready[t] + f
+                printable += 1
                 strip = min(strips - 1, int((segments[ready[t], f, 0] - left) * scale))
                 after[v], before[v] = head[strip], NONE
                 if head[strip] != NONE:
                     before[head[strip]] = v
                 head[strip] = v
-        printable += count
         count = 0
         if k > 0:
-            states += 2 * printable
+            states += printable
             if k == 1 and second != NONE:
                 u = second
             else:
                 u = _nearest(segments, head, after, segments[u >> 1, 1 - (u & 1)], left, scale)
         s = u >> 1
         sequence[k] = u
-        printable -= 1
         for f in range(2):
+            if not allowed[s, f]:
+                continue
             v = 2 * s + f
+            printable -= 1
             if before[v] != NONE:
                 after[before[v]] = after[v]
             else:

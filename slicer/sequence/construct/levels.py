@@ -63,6 +63,7 @@ def level_start(
         order = _climb(
             points,
             cost_model,
+            problem.allowed,
             problem.pred_start,
             problem.succ_start,
             problem.succ,
@@ -82,7 +83,8 @@ def levels(
     problem: Problem, near: Neighbours, out_of_time: Callable[[], bool] = lambda: False
 ) -> NDArray[np.float64]:
     """float64 (n,), the level of each toolpath in mm, by conjugate gradients with diagonal scaling."""
-    low, high = problem.edges.T.astype(np.int64)
+    # What a nozzle's body forbids besides lies beside, not above.
+    low, high = problem.below.T.astype(np.int64)
     gap = _gaps(problem.segments, low, high)
     # Toolpaths that touch end to end, as uprights do, are no measure of the distance between lines.
     apart = gap[gap > EPS_MM]
@@ -183,6 +185,7 @@ def _solve(
 def _climb(
     points: NDArray[np.float64],
     cost_model: CostModel,
+    allowed: NDArray[np.bool_],
     pred_start: NDArray[np.int32],
     succ_start: NDArray[np.int32],
     succ: NDArray[np.int32],
@@ -209,6 +212,8 @@ def _climb(
             x, y = points[u ^ 1, 0], points[u ^ 1, 1]
             for t in range(count):
                 for v in range(2 * ready[t], 2 * ready[t] + 2):
+                    if not allowed[v >> 1, v & 1]:
+                        continue
                     cost = direct_cost(cost_model, points[v, 0] - x, points[v, 1] - y) + penalty[v >> 1]
                     if cost < least:
                         least, u = cost, v

@@ -21,7 +21,13 @@ def multistart(search: Search) -> None:
         if search.should_stop():
             break
         oriented, created = hill_climb(
-            problem.segments, problem.pred_start, problem.succ_start, problem.succ, start, second
+            problem.segments,
+            problem.allowed,
+            problem.pred_start,
+            problem.succ_start,
+            problem.succ,
+            start,
+            second,
         )
         search.nodes_visited += problem.n
         search.states_created += created
@@ -40,4 +46,4 @@ def _beginnings(problem: Problem) -> list[tuple[int, int]]:
     missing[above] -= 1
     missing[problem.first] = -1
     printable = np.flatnonzero(missing == 0)
-    return [(u, int(2 * s + f)) for u in starts for s in printable for f in range(2)]
+    return [(u, int(2 * s + f)) for u in starts for s in printable for f in range(2) if problem.allowed[s, f]]

@@ -7,7 +7,7 @@ from slicer.sequence.layered.layered_search import LayeredSearch, search_layers
 from slicer.sequence.layered.windows import window_search
 from slicer.sequence.layered.work_budget import WorkBudget
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Section, widest_corridor
+from slicer.sequence.states import Section, join_tied_columns, widest_corridor
 
 
 def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, bool] | None:
@@ -15,7 +15,7 @@ def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, boo
 
     On sheets too large even for that, windows are searched instead, and None is returned.
     """
-    section = Section.whole(search.problem, search.objective)
+    section = join_tied_columns(Section.whole(search.problem, search.objective))
     most_arcs = max(search.problem.n, 100) * arcs_per_toolpath
     corridor = widest_corridor(section, search.oriented >> 1, most_arcs)
     if corridor is None:

@@ -9,7 +9,7 @@ from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layers import Limits, Sheet, expand, first_layer, next_layer
 from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.problem import Search
-from slicer.sequence.states import sets_of_states
+from slicer.sequence.states import needs, out_of_reach, sets_of_states
 
 RELATIVE_EPS = 1e-10
 """A sequence must be better by this part of its cost to count as better; rounding stays far below."""
@@ -60,9 +60,10 @@ def search_layers(
     # Neither times nor detours are sure to obey the triangle inequality.
     metric = not section.cost_model.timed and not section.routed
     limits = Limits(below, width, metric)
-    sheet = Sheet(section.segments, section.column, bound.sets.local, section.cost_model)
+    distant = needs(section, bound.sets, out_of_reach(section, blocks.home))
+    sheet = Sheet(section.segments, section.column, bound.sets.local, distant, section.cost_model)
     state_sets = np.zeros(1, np.int64), np.zeros(1, np.int32)
-    if section.routed:
+    if section.routed or len(distant.path):
         state_sets = sets_of_states(blocks, bound.sets)
     layer = first_layer(blocks, bound.value, sheet, bound.ends.starts)
     pool = new_pool()

@@ -1,6 +1,8 @@
 """Search through the states of a sheet layer by layer, each layer with one more toolpath printed.
 
-A node is what is printed, the last toolpath and its direction; of equal nodes the cheaper one is kept. What
+A node is what is printed, the last toolpath and its direction; of equal nodes the cheaper one is kept. A step
+leads to states of all blocks that have its toolpath, and is taken only where all is printed that the toolpath
+needs elsewhere, so that a node is closed under the whole precedence. What
 it costs so far plus the values of all its blocks (``pair_dp.evaluate``) is a lower bound on every sequence
 through it. Nodes above a cut are dropped, and beyond a width the worst. If only the cut dropped nodes, then
 no sequence below the cut is missed.
@@ -24,7 +26,7 @@ from slicer.sequence.layered.node_pool import (
 )
 from slicer.sequence.layered.routed_travel import routed_cost
 from slicer.sequence.problem import CostModel, direct_cost, scrambled
-from slicer.sequence.states import NONE, OUTSIDE, Blocks, Skylines
+from slicer.sequence.states import NONE, OUTSIDE, Blocks, Needs, Skylines, needs_printed
 
 
 class Sheet(NamedTuple):
@@ -34,12 +36,14 @@ class Sheet(NamedTuple):
         segments: float64 (n, 2, 2) in mm.
         column: int32 (n,), the column of each toolpath.
         local: int32 (n,), the number of each toolpath in its column, as in ``DownSets``.
+        distant: what toolpaths need of columns that no block has together with theirs.
         cost_model: what a travel costs.
     """
 
     segments: NDArray[np.float64]
     column: NDArray[np.int32]
     local: NDArray[np.int32]
+    distant: Needs
     cost_model: CostModel
 
 
@@ -158,10 +162,11 @@ def expand(
 
     Args:
         sky: the skylines, where travels keep above what is printed.
-        state_sets: see ``sets_of_states``; of no interest where travels are straight.
+        state_sets: see ``sets_of_states``; of no interest where travels are straight and nothing ``distant``.
         limits: what is dropped.
     """
-    segments, column, local, cost_model = sheet
+    segments, column, local, distant, cost_model = sheet
+    tied, allowed = len(distant.path) > 0, blocks.allowed
     first_set, set_of = state_sets
     cut, width, metric = limits
     count = len(blocks.state_start) - 1
@@ -177,7 +182,7 @@ def expand(
         u_home = blocks.home[column[u >> 1]]
         out_x, out_y = segments[u >> 1, 1 - (u & 1), 0], segments[u >> 1, 1 - (u & 1), 1]
         _look_around(blocks, value, sheet, layer.state[i], u, old, passed, ahead)
-        if sky.routed:
+        if sky.routed or tied:
             _read_sets(blocks, first_set, set_of, layer.state[i], printed)
         for k in range(count):
             s = layer.state[i, k]
@@ -191,10 +196,14 @@ def expand(
                     other = step_of(blocks, layer.state[i, k + 1], local[path])
                     if other == NONE:
                         continue
+                if tied and not needs_printed(distant, local, column, printed, path):
+                    continue
                 low, high = min(u_home[0], v_home[0]), max(u_home[1], v_home[1])
                 # Only blocks from u to v see a change; those between see the nozzle change sides.
                 common = layer.estimate[i] + passed[k] - passed[low] + ahead[v_home[1] + 1] - ahead[high + 1]
                 for f in range(2):
+                    if not allowed[2 * (blocks.path_start[k] + blocks.move_path[e]) + f]:
+                        continue
                     estimate = common + value[blocks.move_value[e] + f] - old[k]
                     if other != NONE:
                         estimate += value[blocks.move_value[other] + f] - old[k + 1]

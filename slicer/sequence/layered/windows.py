@@ -14,7 +14,7 @@ from slicer.sequence.layered.layered_search import RELATIVE_EPS, search_layers
 from slicer.sequence.layered.routed_travel import section_cost
 from slicer.sequence.layered.work_budget import ARCS_PER_NODE, WorkBudget
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Ground, Section, cover, down_sets, extents
+from slicer.sequence.states import Ground, Section, cover, down_sets, extents, join_tied_columns
 
 FIRST_LENGTH = 50
 GROWTH = 1.4
@@ -68,6 +68,7 @@ def window_search(
                 ground.print(best[done:begin])
                 done = begin
             section = Section.window(problem, objective, best, begin, begin + length, ground.pieces(), extent)
+            section = join_tied_columns(section, MOST_DOWN_SETS)
             gain = improve_window(search, section, window, budget)
             gained += gain
             if gain == 0.0:

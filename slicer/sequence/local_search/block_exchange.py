@@ -3,7 +3,8 @@
 Two neighbouring blocks of the sequence change places. Each keeps its inner order, which makes printability
 cheap to check, and may be *complemented*: each of its toolpaths printed the other way. In a zigzag of
 parallel lines the complement costs about the same, so that a block of odd length can leave one without
-spoiling the directions of the rest. The idea of the exchange is that of Gambardella and Dorigo, "An ant
+spoiling the directions of the rest. A toolpath that may be printed in one direction alone keeps its blocks
+from that. The idea of the exchange is that of Gambardella and Dorigo, "An ant
 colony system hybridized with a new local search for the sequential ordering problem", INFORMS J. Comput. 12,
 2000.
 
@@ -35,20 +36,22 @@ class Tour(NamedTuple):
     Attributes:
         points: float64 (2n, 2), the entry of each oriented toolpath; it is left at ``points[u ^ 1]``.
         cost_model: what a travel costs.
-        links: int32; the toolpaths just below s are ``links[links[2 * s] : links[2 * s + 1]]``, those just
-            above it ``links[links[2 * s + 1] : links[2 * s + 2]]``.
+        links: int32, the precedence: those before s are ``links[links[2 * s] : links[2 * s + 1]]``, those
+            after it ``links[links[2 * s + 1] : links[2 * s + 2]]``.
+        allowed: bool (2n,), whether a toolpath may be printed so.
         near: int32 (2n, 2, k), what can directly follow oriented toolpath u, and what it can follow.
         fixed: the first position that may change.
         longest: how many toolpaths a block may hold.
         order: int32 (2, n + 2); row 0: the oriented toolpath at each position; row 1: the position of each
             toolpath.
         cost: float64 (2, n + 2); row 0: cost of the travel that ends at each position; row 1: what that
-            travel costs more if the toolpaths at both its ends are flipped.
+            travel costs more if the toolpaths at both its ends are flipped; infinite where one may not be.
     """
 
     points: NDArray[np.float64]
     cost_model: CostModel
     links: NDArray[np.int32]
+    allowed: NDArray[np.bool_]
     near: NDArray[np.int32]
     fixed: int
     longest: int
@@ -75,6 +78,7 @@ def new_tour(problem: Problem, objective: Objective, near: Neighbours, oriented:
         problem.segments.reshape(-1, 2),
         objective.cost_model,
         _links(problem),
+        problem.allowed.ravel(),
         np.stack([near.after, near.before], axis=1),
         1 if problem.first is None else 2,
         max(SHORTEST, min(LONGEST, LONGEST * 10_000 // n)),
@@ -86,7 +90,7 @@ def new_tour(problem: Problem, objective: Objective, near: Neighbours, oriented:
 
 
 def _links(problem: Problem) -> NDArray[np.int32]:
-    """The covering relation both ways in one array; see ``Tour.links``."""
+    """The precedence both ways in one array; see ``Tour.links``."""
     n, m = problem.n, len(problem.edges)
     links = np.empty(2 * n + 1 + 2 * m, np.int32)
     links[: 2 * n + 1 : 2] = problem.pred_start + problem.succ_start
@@ -107,13 +111,16 @@ def refresh(
 ) -> None:
     """Bring positions and costs up to date after positions [low, high) were rewritten."""
     points, cost_model, order, cost = tour.points, tour.cost_model, tour.order, tour.cost
+    allowed = tour.allowed
     n = order.shape[1] - 2
     for p in range(low, min(high + 1, n + 2)):
         u, v = order[0, p - 1], order[0, p]
         cost[0, p] = arc_cost(points, cost_model, u, v)
         cost[1, p] = 0.0
         if 1 < p <= n:
-            cost[1, p] = arc_cost(points, cost_model, u ^ 1, v ^ 1) - cost[0, p]
+            cost[1, p] = np.inf
+            if allowed[u ^ 1] and allowed[v ^ 1]:
+                cost[1, p] = arc_cost(points, cost_model, u ^ 1, v ^ 1) - cost[0, p]
         if p < high:
             order[1, v >> 1] = p
 
@@ -137,12 +144,16 @@ def exchange(
         spare[p, 0], spare[p, 1], spare[p, 2] = order[0, i + p], cost[0, i + p], cost[1, i + p]
     for p in range(k - j):
         order[0, i + p] = order[0, j + p] ^ turn_b
-        cost[0, i + p] = cost[0, j + p] + turn_b * cost[1, j + p]
+        cost[0, i + p] = cost[0, j + p]
+        if turn_b:  # elsewhere the difference may be infinite
+            cost[0, i + p] += cost[1, j + p]
         cost[1, i + p] = (1 - 2 * turn_b) * cost[1, j + p]
     start = i + k - j
     for p in range(j - i):
         order[0, start + p] = int(spare[p, 0]) ^ turn_a
-        cost[0, start + p] = spare[p, 1] + turn_a * spare[p, 2]
+        cost[0, start + p] = spare[p, 1]
+        if turn_a:
+            cost[0, start + p] += spare[p, 2]
         cost[1, start + p] = (1 - 2 * turn_a) * spare[p, 2]
     for p in range(i, k):
         order[1, order[0, p] >> 1] = p

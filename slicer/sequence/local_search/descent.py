@@ -21,7 +21,8 @@ def move_back(
 ) -> Move:
     """Bring a block that starts at q directly behind position p < q - 1; the end with the most gain.
 
-    A = [p + 1, q), B = [q, k), complemented or not as ``turn_b`` says; A is, where that is cheaper.
+    A = [p + 1, q), B = [q, k), complemented or not as ``turn_b`` says; A is, where that is cheaper and
+    allowed. B is allowed to begin so; what else may not be flipped makes the flip cost infinitely more.
     """
     points, cost_model, links = tour.points, tour.cost_model, tour.links
     longest, order, cost = tour.longest, tour.order, tour.cost
@@ -31,7 +32,7 @@ def move_back(
     for t in range(links[2 * s], links[2 * s + 1]):
         if i <= order[1, links[t]] < j:
             return best  # before anything of the length of A is looked at
-    turned = 0.0
+    turned = 0.0 if j - i > 1 or tour.allowed[order[0, i] ^ 1] else np.inf
     for t in range(i + 1, j):
         turned += cost[1, t]
     x, a0, a1 = order[0, p], order[0, i], order[0, j - 1]
@@ -81,7 +82,7 @@ def move_on(
     for t in range(links[2 * s + 1], links[2 * s + 2]):
         if j <= order[1, links[t]] < k:
             return best  # before anything of the length of B is looked at
-    turned = 0.0
+    turned = 0.0 if k - j > 1 or tour.allowed[order[0, j] ^ 1] else np.inf
     for t in range(j + 1, k):
         turned += cost[1, t]
     c, b0, b1 = order[0, k], order[0, j], order[0, k - 1]
@@ -130,9 +131,13 @@ def cut_between(
     x, a0, c = order[0, i - 1], order[0, i] ^ turn_a, order[0, k]
     b1 = order[0, p] ^ turn_b
     fresh = cost[0, i] + cost[0, k] - arc_cost(points, cost_model, b1, a0)
+    barred = 0  # travels of A, whose toolpaths may not be flipped
     if turn_a:
         for t in range(i + 1, k):
-            fresh -= cost[1, t]
+            if cost[1, t] == np.inf:
+                barred += 1
+            else:
+                fresh -= cost[1, t]
     need = k
     for j in range(p, q, -1):
         b0 = order[0, j]
@@ -143,10 +148,15 @@ def cut_between(
             return best
         # The travel into j is cut; those behind it, up to p, are B's.
         if turn_a:
-            fresh += cost[1, j]
+            if cost[1, j] == np.inf:
+                barred -= 1
+            else:
+                fresh += cost[1, j]
         if turn_b and j < p:
+            if cost[1, j + 1] == np.inf:
+                return best  # B would hold one that may not be flipped
             fresh -= cost[1, j + 1]
-        if need < j:
+        if need < j or barred > 0:
             continue
         if not costs_at_least(points, cost_model, x, b0 ^ turn_b, fresh + cost[0, j] - best[0]):
             gain = (
@@ -167,7 +177,10 @@ def best_move(
     v: int,
     best: Move,
 ) -> Move:
-    """The best exchange that lets oriented toolpath ``v`` directly follow ``u``, if better than ``best``."""
+    """The best exchange that lets oriented toolpath ``v`` directly follow ``u``, if better than ``best``.
+
+    Both must be allowed.
+    """
     fixed, longest, order = tour.fixed, tour.longest, tour.order
     p, q = order[1, u >> 1], order[1, v >> 1]
     turn_u, turn_v = order[0, p] ^ u, order[0, q] ^ v

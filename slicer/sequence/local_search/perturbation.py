@@ -27,8 +27,8 @@ def random_exchange(
 ) -> tuple[int, int, int]:
     """Draw two neighbouring blocks that may change places; (0, 0, 0) where the draw fails.
 
-    The second block starts at j in [low, high), the first behind every toolpath just below that at j.
-    The second grows to a drawn length while what it takes in has nothing just below it in the first.
+    The second block starts at j in [low, high), the first behind every toolpath that the one at j
+    waits for. The second grows to a drawn length while what it takes in waits for nothing in the first.
     """
     links, fixed, order = tour.links, tour.fixed, tour.order
     n = order.shape[1] - 2

@@ -10,7 +10,7 @@ cheaper.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.pieces import FREED, LEFT, RIGHT, USED
 from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange
 from slicer.sequence.local_search.descent import best_move
@@ -102,6 +102,8 @@ def _sweep(
             if draw(state) < 0.3:
                 i, j, k = random_exchange(tour, state, first, high)
                 turn_a, turn_b = int(draw(state) * 2), int(draw(state) * 2)
+                turn_a *= _may_turn(tour, i, j)
+                turn_b *= _may_turn(tour, j, k)
             else:
                 u = order[0, first + int(draw(state) * (high - first))]
                 side = int(draw(state) * 2)
@@ -130,6 +132,15 @@ def _sweep(
             sky = with_laid(sky, segments[order[0, p] >> 1], -1)
         low += WINDOW // 2
     return sky
+
+
+@inner_kernel
+def _may_turn(tour: Tour, low: int, high: int) -> int:
+    """1 where all toolpaths at positions [low, high) may be printed the other way, else 0."""
+    for p in range(low, high):
+        if not tour.allowed[tour.order[0, p] ^ 1]:
+            return 0
+    return 1
 
 
 @kernel

@@ -6,7 +6,7 @@ from slicer.sequence.problem.checks import real_number, whole_number
 from slicer.sequence.problem.directions import directed, start_of
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
 from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName, unit_of
-from slicer.sequence.problem.problem import REACH_MM, Problem
+from slicer.sequence.problem.problem import REACH_MM, Problem, compressed
 from slicer.sequence.problem.random_numbers import Draws, draw, scrambled
 from slicer.sequence.problem.result import Result
 from slicer.sequence.problem.search import EFFORTS, Method, Outcome, Progress, Search
@@ -37,6 +37,7 @@ __all__ = [
     "Result",
     "Search",
     "arc_cost",
+    "compressed",
     "costs_at_least",
     "direct_cost",
     "direct_sum",

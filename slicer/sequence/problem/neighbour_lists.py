@@ -1,12 +1,13 @@
 """The nearest toolpaths that can be printed directly after, or before, each oriented toolpath."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.errors import SequenceError
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.problem.comparability import realizer
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.problem import Problem
@@ -22,7 +23,7 @@ for ever where rounding alone feigns such gains.
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """Candidate lists, nearest first, filled up with ``NONE``.
+    """Candidate lists, nearest first, filled up with ``NONE``; empty where u may not be printed so.
 
     Attributes:
         after: int32 (2n, k), oriented toolpaths that can directly follow oriented toolpath u.
@@ -36,9 +37,10 @@ class Neighbours:
 def neighbours(problem: Problem, objective: Objective | None = None, count: int = COUNT) -> Neighbours:
     """Find ``count`` neighbours both ways, sparsely: a grid over the endpoints, O(n) for usual sheets.
 
-    A toolpath can directly follow u unless it lies below u, or above it with another one in between. For
-    machines whose axes differ in speed, "near" is measured by what a travel of about the distance between
-    toolpaths costs along each axis.
+    A toolpath can directly follow u unless it must be printed before u, or lies above it with another one in
+    between, and only in directions that it may be printed in. (What a nozzle's body forbids by way of several
+    toolpaths is not seen: whoever makes a move looks at the precedence.) For machines whose axes differ in
+    speed, "near" is measured by what a travel of about the distance between toolpaths costs along each axis.
 
     Raises:
         SequenceError: a travel across the sheet costs more than ``DEAREST``.
@@ -57,18 +59,32 @@ def neighbours(problem: Problem, objective: Objective | None = None, count: int 
                 "speeds, accelerations and fixed time of the machine, and at the units of the sheet."
             )
         near *= [direct_cost(cost_model, pitch, 0.0) / pitch, direct_cost(cost_model, 0.0, pitch) / pitch]
-    ranks = realizer(problem)
-    after = _nearest(near, ranks, problem.succ_start, problem.succ, count, False)
-    before = _nearest(near, ranks, problem.succ_start, problem.succ, count, True)
+    order = Order(realizer(problem), problem.planar, problem.succ_start, problem.succ)
+    after = _nearest(near, problem.allowed, order, count, False)
+    before = _nearest(near, problem.allowed, order, count, True)
     return Neighbours(after, before)
+
+
+class Order(NamedTuple):
+    """What says whether a toolpath can directly follow another.
+
+    Attributes:
+        ranks: int32 (n, 2), see ``realizer``.
+        planar: whether the precedence is that of "is below" alone.
+        succ_start, succ: see ``Problem``.
+    """
+
+    ranks: NDArray[np.int32]
+    planar: bool
+    succ_start: NDArray[np.int32]
+    succ: NDArray[np.int32]
 
 
 @kernel
 def _nearest(
     points: NDArray[np.float64],
-    ranks: NDArray[np.int32],
-    succ_start: NDArray[np.int32],
-    succ: NDArray[np.int32],
+    allowed: NDArray[np.bool_],
+    order: Order,
     count: int,
     backward: bool,
 ) -> NDArray[np.int32]:
@@ -96,8 +112,11 @@ def _nearest(
         held[fill[cell_of[u]]] = u
         fill[cell_of[u]] += 1
 
+    ranks, planar, succ_start, succ = order
     distance = np.empty(count)
     for u in range(m):
+        if not allowed[u >> 1, u & 1]:
+            continue
         # The search is for entries near the end of u; backward, for ends near its entry.
         x, y = points[u if backward else u ^ 1]
         cx, cy = int((x - x0) / cell), int((y - y0) / cell)
@@ -119,8 +138,12 @@ def _nearest(
                             if found == count and d >= distance[count - 1]:
                                 continue
                             v = p ^ 1 if backward else p
+                            if not allowed[v >> 1, v & 1]:
+                                continue
                             low, high = (v >> 1, u >> 1) if backward else (u >> 1, v >> 1)
                             if not _can_follow(ranks, succ_start, succ, low, high):
+                                continue
+                            if not planar and _is_before(succ_start, succ, high, low):
                                 continue
                             if found < count:
                                 found += 1
@@ -148,7 +171,13 @@ def _can_follow(
         return True
     if ranks[t, 0] < ranks[s, 0]:
         return False
-    direct = False
+    return _is_before(succ_start, succ, s, t)
+
+
+@inner_kernel
+def _is_before(succ_start: NDArray[np.int32], succ: NDArray[np.int32], s: int, t: int) -> bool:
+    """Whether a row of the precedence says that toolpath ``s`` is printed before ``t``."""
+    found = False
     for k in range(succ_start[s], succ_start[s + 1]):
-        direct |= succ[k] == t
-    return direct
+        found |= succ[k] == t
+    return found

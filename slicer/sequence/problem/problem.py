@@ -27,9 +27,9 @@ class Problem:
         edges: int32 (m, 2), row (a, b): a is printed before b. Their closure is the precedence: without a
             body the covering relation of "is below", else also what would stand in the nozzle's way.
         below: int32 (k, 2), the covering relation of "is below" alone, which is planar.
-        pred_start, pred: int32 (n + 1,) and (m,); the toolpaths just below s are
-            ``pred[pred_start[s]:pred_start[s + 1]]``.
-        succ_start, succ: the same for the toolpaths just above.
+        pred_start, pred: int32 (n + 1,) and (m,); ``edges`` by their later toolpath: those to be printed
+            before s, each at least by way of others, are ``pred[pred_start[s]:pred_start[s + 1]]``.
+        succ_start, succ: the same by their earlier toolpath.
         column: int32 (n,), the column of each toolpath. Of a point nozzle columns are tied by cost alone; a
             body ties them by precedence too.
         body: the nozzle.
@@ -74,7 +74,8 @@ class Problem:
             CrossingError: two toolpaths cross.
             CycleError: toolpaths stand in one another's way, so that no order is printable.
             SequenceError: the segments have another shape, or reach beyond ``REACH_MM``; ``first`` is no
-                toolpath, or cannot be printed first; ``first_flipped`` is no truth value.
+                toolpath, or cannot be printed first; ``first_flipped`` is no truth value, or a direction that
+                nothing which could be first may be printed in.
             SlicerError: a coordinate is not finite.
         """
         lines = _lines(segments)
@@ -98,11 +99,13 @@ class Problem:
                 raise SequenceError(f"first toolpath {first}: there are {n}, numbered from 0")
             under = pred[pred_start[first] : pred_start[first + 1]]
             if len(under):
+                why = "lies above" if (below[:, 1] == first).any() else "would stand in the nozzle's way of"
+                low = below[below[:, 1] == first, 0] if why == "lies above" else under
                 raise SequenceError(
-                    f"first toolpath {first} lies above toolpath {under[0]}, which must be printed before "
+                    f"first toolpath {first} {why} toolpath {low[0]}, which must be printed before "
                     "it. Name a toolpath that has nothing below it, or leave the start free."
                 )
-        return cls(
+        problem = cls(
             lines,
             edges,
             below,
@@ -116,6 +119,15 @@ class Problem:
             first if n else None,
             first_flipped,
         )
+        if n and len(problem.starts) == 0:
+            which = (
+                "no toolpath that can be printed first" if first is None else f"first toolpath {first} not"
+            )
+            raise SequenceError(
+                f"first_flipped {first_flipped}: {which} may be printed from that end with downhill_deg "
+                f"{downhill_deg:g}, since it would run down more steeply. Leave the direction free."
+            )
+        return problem
 
     @property
     def n(self) -> int:
@@ -128,7 +140,13 @@ class Problem:
         minimal = np.flatnonzero(np.diff(self.pred_start) == 0)
         toolpaths = minimal if self.first is None else np.array([self.first])
         directions = [0, 1] if self.first_flipped is None else [int(self.first_flipped)]
-        return np.sort(np.add.outer(2 * toolpaths, directions).ravel()).astype(np.int32)
+        oriented = np.sort(np.add.outer(2 * toolpaths, directions).ravel()).astype(np.int32)
+        return oriented[self.allowed.ravel()[oriented]]
+
+    @property
+    def planar(self) -> bool:
+        """Whether the precedence is that of "is below" alone, so that it ties no columns."""
+        return np.array_equal(self.edges, self.below)
 
     def travel_mm(self, order: ArrayLike, flipped: ArrayLike) -> float:
         """Straight travel J: the sum of the distances from each toolpath's end to the next one's start.
@@ -142,8 +160,14 @@ class Problem:
         end = self.segments[sequence, 1 - flip]
         return float(np.hypot(*(start[1:] - end[:-1]).T).sum())
 
-    def refusal(self, order: ArrayLike) -> str | None:
-        """Why this order is not an answer to the problem, or None where it is one."""
+    def refusal(self, order: ArrayLike, flipped: ArrayLike | None = None) -> str | None:
+        """Why an order is not an answer to the problem, or None where it is one.
+
+        Args:
+            order: int (n,), the toolpath that is printed k-th.
+            flipped: bool (n,), whether the k-th is printed from its second endpoint; None where only the
+                order is in question.
+        """
         sequence = np.asarray(order, np.int64)
         if not np.array_equal(np.sort(sequence), np.arange(self.n)):
             return f"it does not hold each of the {self.n} toolpaths exactly once"
@@ -152,7 +176,22 @@ class Problem:
         broken = precedence.violations(sequence, self.edges)
         if len(broken):
             low, high = self.edges[broken[0]]
-            return f"toolpath {low} lies below {high} but comes after it ({len(broken)} such pairs)"
+            plain = ((self.below[:, 0] == low) & (self.below[:, 1] == high)).any()
+            what = "lies below" if plain else "is hindered by"
+            return f"toolpath {low} {what} {high} but comes after it ({len(broken)} such pairs)"
+        if flipped is None or self.n == 0:
+            return None
+        flips = np.asarray(flipped, np.intp)
+        if self.first_flipped is not None and bool(flips[0]) != self.first_flipped:
+            return "it begins in the other direction than the first toolpath must"
+        barred = np.flatnonzero(~self.allowed[sequence, flips])
+        if len(barred):
+            s, f = sequence[barred[0]], flips[barred[0]]
+            (x0, y0), (x1, y1) = self.segments[s, f], self.segments[s, 1 - f]
+            return (
+                f"toolpath {s} runs down from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) mm, which is steeper than "
+                f"the nozzle may ({len(barred)} such toolpaths)"
+            )
         return None
 
 

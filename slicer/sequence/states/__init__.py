@@ -1,4 +1,6 @@
-"""What can be printed at a moment: down-sets, blocks of columns, corridors, and the skylines over them."""
+"""What can be printed at a moment: down-sets, which of them go together, blocks of columns, corridors, and
+the skylines over them.
+"""
 
 from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
@@ -6,7 +8,17 @@ from slicer.sequence.states.column_skylines import Skylines, sets_of_states, sky
 from slicer.sequence.states.corridor import extent, widest_corridor
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
+from slicer.sequence.states.joint_states import (
+    Needs,
+    holds,
+    joint_states,
+    needed,
+    needs,
+    needs_printed,
+    out_of_reach,
+)
 from slicer.sequence.states.section import NONE, Section, extents
+from slicer.sequence.states.tied_columns import join_tied_columns
 
 __all__ = [
     "NONE",
@@ -14,6 +26,7 @@ __all__ = [
     "Blocks",
     "DownSets",
     "Ground",
+    "Needs",
     "Section",
     "Skylines",
     "all_down_sets",
@@ -22,6 +35,13 @@ __all__ = [
     "down_sets",
     "extent",
     "extents",
+    "holds",
+    "join_tied_columns",
+    "joint_states",
+    "needed",
+    "needs",
+    "needs_printed",
+    "out_of_reach",
     "sets_of_states",
     "skylines",
     "widest_corridor",

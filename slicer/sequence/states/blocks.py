@@ -1,8 +1,8 @@
 """Blocks of neighbouring columns: all that can be printed of a block, and how it goes on from there.
 
 A sheet is covered by blocks of columns that overlap in one column each: columns 0-1, 1-2, 2-3 and so on, or
-0-2, 2-4. A state of a block is one down-set of each of its columns. Its graph is small enough to be held
-as a whole where that of the sheet never is.
+0-2, 2-4. A state of a block is one down-set of each of its columns, such as go together. Its graph is small
+enough to be held as a whole where that of the sheet never is.
 """
 
 from itertools import pairwise
@@ -34,6 +34,8 @@ class Blocks(NamedTuple):
             it leads to, and the value there for its direction 0; that for direction 1 is the next.
         value_start: int32 (s + 1,), the values of each state.
         value_path: int32, the oriented toolpath (in its block's numbers) of each value, or ``NONE``.
+        allowed: bool, whether a toolpath may be printed so, by the oriented toolpaths (in blocks' numbers,
+            counted on through the blocks).
         dense: int64 (s,), the row-major number of each state among the tuples of down-sets.
         home: int32 (c, 2), the first and the last block that has a column.
         column_size: int32 (c,), the number of toolpaths of each column.
@@ -50,6 +52,7 @@ class Blocks(NamedTuple):
     move_value: NDArray[np.int32]
     value_start: NDArray[np.int32]
     value_path: NDArray[np.int32]
+    allowed: NDArray[np.bool_]
     dense: NDArray[np.int64]
     home: NDArray[np.int32]
     column_size: NDArray[np.int32]
@@ -100,7 +103,7 @@ def connect(
     section: Section,
     sets: DownSets,
     bounds: NDArray[np.int32],
-    allowed: list[NDArray[np.bool_]] | None = None,
+    among: list[NDArray[np.bool_]] | None = None,
 ) -> Blocks:
     """Build the state graphs, of what can be reached from nothing and can still be completed.
 
@@ -108,14 +111,14 @@ def connect(
         section: what is ordered.
         sets: its down-sets.
         bounds: see ``Blocks``.
-        allowed: for each block, bool of the shape of its down-sets: which states may be there.
+        among: for each block, bool of the shape of its down-sets: which states may be there; None for all.
     """
     count = sets.counts
     shapes = [tuple(count[a : b + 1]) for a, b in pairwise(bounds)]
     dense_start = np.concatenate([[0], np.cumsum([int(np.prod(s)) for s in shapes])]).astype(np.int64)
     alive = np.ones(dense_start[-1], np.bool_)
-    if allowed is not None:
-        alive = np.concatenate([a.ravel() for a in allowed])
+    if among is not None:
+        alive = np.concatenate([a.ravel() for a in among])
     last = section.last >> 1 if section.last != NONE else NONE
     ends = np.array([section.column[s] if s != NONE else NONE for s in (section.first, last)], np.int32)
     prune_unreachable(bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, ends)
@@ -123,6 +126,7 @@ def connect(
     column_start = np.concatenate([[0], np.cumsum(sets.size)]).astype(np.int32)
     members = [order[column_start[a] : column_start[b + 1]] for a, b in pairwise(bounds)]
     path_start = np.concatenate([[0], np.cumsum([len(m) for m in members])]).astype(np.int32)
+    path = np.concatenate(members).astype(np.int32)
     numbers = number_states(
         bounds, dense_start, alive, sets.start, sets.step_start, sets.step_to, sets.top_start
     )
@@ -133,7 +137,7 @@ def connect(
     return Blocks(
         bounds,
         path_start,
-        np.concatenate(members).astype(np.int32),
+        path,
         numbers.state_start,
         numbers.move_start,
         move_path,
@@ -141,6 +145,7 @@ def connect(
         move_value,
         numbers.value_start,
         value_path,
+        section.allowed[path].ravel(),
         numbers.dense,
         np.minimum(home, len(bounds) - 2).astype(np.int32),
         sets.size,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slicer.sequence.states.blocks import cover
 from slicer.sequence.states.downsets import DownSets, down_sets
+from slicer.sequence.states.joint_states import joint_states
 from slicer.sequence.states.section import Section
 
 MERGED_STATES = 20_000
@@ -62,6 +63,8 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
     while True:
         sets = down_sets(section, limit, guide)
         states, arcs = extent(sets, bounds)
+        if states <= MOST_DENSE:
+            arcs = int(arcs * _closed_share(section, sets, bounds))
         if arcs <= most_arcs and states <= MOST_DENSE:
             return Corridor(sets, cover(sets, MERGED_STATES), None, sets.complete)
         if limit <= 2 * sets.size.max():
@@ -89,6 +92,14 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
             ]
             return Corridor(sets, bounds, allowed, False)
     return None
+
+
+def _closed_share(section: Section, sets: DownSets, bounds: NDArray[np.int32]) -> float:
+    """Which part of the pairs of down-sets goes together: all for a point nozzle, few where columns are tied."""
+    closed = joint_states(section, sets, bounds)
+    if closed is None:
+        return 1.0
+    return sum(int(mask.sum()) for mask in closed) / sum(mask.size for mask in closed)
 
 
 def extent(sets: DownSets, bounds: NDArray[np.int32]) -> tuple[int, int]:

@@ -1,8 +1,9 @@
 """The down-sets of each column: what can be printed of it at a moment, and what can come next.
 
-A down-set holds, with every toolpath, all that lies below it. Columns do not constrain each other, so
-what is printed of a sheet is one down-set of each column. The toolpath of a column that was printed last
-is a maximal element of its down-set: nothing above it is printed.
+A down-set holds, with every toolpath, all that must come before it in its column. What is printed of a sheet
+is one down-set of each column; where a nozzle's body ties columns, not all of these go together, see
+``joint_states``. The toolpath of a column that was printed last is a maximal element of its down-set: nothing
+that must come after it is printed.
 """
 
 from typing import NamedTuple
@@ -98,16 +99,17 @@ def _down_sets(
     sets, moves, tops = [0], 0, 0
     parts: list[tuple[NDArray[np.int32], ...]] = []
     corridor = np.full(columns, UNLIMITED, np.int32)
+    relation = section.within_columns
     for c in range(columns):
         paths = by_column[begin[c] : begin[c + 1]]
         for width in widths:
-            member, step_start, step = _column(section, paths, local, width, limit)
+            member, step_start, step = _column(section, relation, paths, local, width, limit)
             if len(member):
                 corridor[c] = width
                 break
         else:
             return None
-        top_start, top_path, slot = _tops(section, paths, local, member, step)
+        top_start, top_path, slot = _tops(relation, paths, local, member, step)
         parts.append(
             (step_start[:-1] + moves, step[0], step[1] + sets[-1], slot, top_start[:-1] + tops, top_path)
         )
@@ -150,8 +152,17 @@ def any_order(section: Section) -> NDArray[np.int32]:
     return np.array(order, np.int32)
 
 
+Relation = tuple[NDArray[np.int32], NDArray[np.int32]]
+"""``pred_start`` and ``pred``, see ``Section.within_columns``."""
+
+
 def _column(
-    section: Section, paths: NDArray[np.int32], local: NDArray[np.int32], width: int, limit: int
+    section: Section,
+    relation: Relation,
+    paths: NDArray[np.int32],
+    local: NDArray[np.int32],
+    width: int,
+    limit: int,
 ) -> tuple[NDArray[np.bool_], NDArray[np.int32], NDArray[np.int32]]:
     """Down-sets of one column: members (d, size), where the steps of each start, and [path, to] (2, s).
 
@@ -172,7 +183,7 @@ def _column(
         step_start = np.zeros(capacity + 1, np.int32)
         step = np.empty((2, min(size, MOST_STEPS) * capacity), np.int32)
         count = _enumerate(
-            Column(paths, local, section.pred_start, section.pred, first, last, width),
+            Column(paths, local, *relation, first, last, width),
             member,
             step_start,
             step,
@@ -192,7 +203,7 @@ class Column(NamedTuple):
     Attributes:
         paths: int32 (k,), its toolpaths in the order of the guide.
         local: int32 (n,), the place of each toolpath among those of its column.
-        pred_start, pred: the covering relation, as in ``Section``.
+        pred_start, pred: the precedence within columns.
         first, last: the places of toolpaths that come first and last, or ``NONE``.
         width: how far from a prefix of the guide a down-set may be.
     """
@@ -273,7 +284,7 @@ def _adds(member: NDArray[np.bool_], to: int, base: int, path: int) -> bool:
 
 
 def _tops(
-    section: Section,
+    relation: Relation,
     paths: NDArray[np.int32],
     local: NDArray[np.int32],
     member: NDArray[np.bool_],
@@ -281,7 +292,7 @@ def _tops(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """The maximal elements of each down-set, and for each step the place of its toolpath among them."""
     top = member.copy()
-    _uncover(paths, local, section.pred_start, section.pred, member, top)
+    _uncover(paths, local, *relation, member, top)
     rank = np.cumsum(top, axis=1)
     top_start = np.concatenate([[0], np.cumsum(rank[:, -1])]).astype(np.int32)
     return top_start, paths[np.nonzero(top)[1]], (rank[step[1], local[step[0]]] - 1).astype(np.int32)
@@ -296,7 +307,7 @@ def _uncover(
     member: NDArray[np.bool_],
     top: NDArray[np.bool_],
 ) -> None:
-    """Clear ``top`` where another member of the down-set lies above."""
+    """Clear ``top`` where another member of the down-set must come after."""
     for i in range(len(member)):
         for t in range(member.shape[1]):
             if member[i, t]:

@@ -1,13 +1,13 @@
 """A section of a sequence that is to be ordered anew: the whole problem, or what a window holds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
 from slicer.nozzle import NozzleBody
-from slicer.sequence.problem import CostModel, Objective, Problem
+from slicer.sequence.problem import CostModel, Objective, Problem, compressed
 
 NONE = -1
 
@@ -18,9 +18,11 @@ class Section:
 
     Attributes:
         segments: float64 (n, 2, 2) in mm.
-        pred_start, pred, succ_start, succ: the covering relation both ways, as in ``Problem``.
+        pred_start, pred, succ_start, succ: the precedence both ways, as in ``Problem``.
+        allowed: bool (n, 2), whether toolpath s may be printed in direction f.
         column: int32 (n,), the column of each toolpath; every number from 0 has a toolpath.
-        starts: int32 (k,), oriented toolpaths to begin with. One toolpath, or all minimal ones.
+        starts: int32 (k,), oriented toolpaths to begin with. One toolpath, or all minimal ones, in directions
+            that they may have.
         last: the oriented toolpath that the order must end with, or ``NONE``.
         cost_model: what a travel costs.
         routed: whether travels keep above what is printed.
@@ -36,6 +38,7 @@ class Section:
     pred: NDArray[np.int32]
     succ_start: NDArray[np.int32]
     succ: NDArray[np.int32]
+    allowed: NDArray[np.bool_]
     column: NDArray[np.int32]
     starts: NDArray[np.int32]
     last: int
@@ -54,6 +57,7 @@ class Section:
             problem.pred,
             problem.succ_start,
             problem.succ,
+            problem.allowed,
             problem.column,
             problem.starts,
             NONE,
@@ -98,15 +102,16 @@ class Section:
         numbers, column = np.unique(problem.column[paths], return_inverse=True)
         starts = np.array([inner[0] & 1], np.int32)
         if begin == 0:
-            allowed = problem.starts
-            allowed = allowed[inside[allowed >> 1] != NONE]
-            starts = np.sort(2 * inside[allowed >> 1] + (allowed & 1)).astype(np.int32)
+            begun = problem.starts
+            begun = begun[inside[begun >> 1] != NONE]
+            starts = np.sort(2 * inside[begun >> 1] + (begun & 1)).astype(np.int32)
         return cls(
             np.ascontiguousarray(problem.segments[paths]),
             pred_start,
             pred,
             succ_start,
             succ,
+            problem.allowed[paths],
             column.astype(np.int32).ravel(),
             starts,
             NONE if end == problem.n else int(2 * (len(paths) - 1) + (inner[-1] & 1)),
@@ -115,6 +120,35 @@ class Section:
             ground,
             extent[numbers],
             problem.body,
+        )
+
+    def part(self, chosen: NDArray[np.bool_]) -> "Section":
+        """The chosen toolpaths, bool (n,), as one column; a first or last one that is among them stays so."""
+        paths = np.flatnonzero(chosen).astype(np.int32)
+        inside = np.full(self.n, NONE, np.int32)
+        inside[paths] = np.arange(len(paths), dtype=np.int32)
+        pred_start, pred = _restrict(self.pred_start, self.pred, paths, inside)
+        succ_start, succ = _restrict(self.succ_start, self.succ, paths, inside)
+        starts = self.starts[chosen[self.starts >> 1]]
+        if self.first == NONE or len(starts) == 0:
+            minimal = np.flatnonzero(np.diff(pred_start) == 0)
+            starts = (2 * minimal[:, None] + np.arange(2)).ravel()
+        else:
+            starts = 2 * inside[starts >> 1] + (starts & 1)
+        last = self.last
+        if last != NONE:
+            last = int(2 * inside[last >> 1] + (last & 1)) if chosen[last >> 1] else NONE
+        return replace(
+            self,
+            segments=self.segments[paths],
+            pred_start=pred_start,
+            pred=pred,
+            succ_start=succ_start,
+            succ=succ,
+            allowed=self.allowed[paths],
+            column=np.zeros(len(paths), np.int32),
+            starts=starts.astype(np.int32),
+            last=last,
         )
 
     @property
@@ -132,6 +166,22 @@ class Section:
         """The toolpath to begin with, or ``NONE`` where several may."""
         paths = np.unique(self.starts >> 1)
         return int(paths[0]) if len(paths) == 1 else NONE
+
+    @property
+    def within_columns(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """``pred_start`` and ``pred`` of the rows whose toolpaths share a column: all, for a point nozzle."""
+        row = np.repeat(np.arange(self.n, dtype=np.int32), np.diff(self.pred_start))
+        same = self.column[row] == self.column[self.pred]
+        if same.all():
+            return self.pred_start, self.pred
+        return compressed(row[same], self.pred[same], self.n)
+
+    @property
+    def ties(self) -> NDArray[np.int32]:
+        """int32 (m, 2), the rows of the precedence that join two columns, as in ``Problem.edges``."""
+        row = np.repeat(np.arange(self.n, dtype=np.int32), np.diff(self.pred_start))
+        apart = self.column[row] != self.column[self.pred]
+        return np.stack([self.pred[apart], row[apart]], axis=1)
 
 
 def extents(problem: Problem) -> NDArray[np.float64]:
@@ -153,7 +203,8 @@ def _restrict(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """The rows ``paths`` of a compressed relation, with only those neighbours that are among them.
 
-    Covering relations of a convex subset (what a window holds is one) are those of the whole.
+    What generates the precedence of the whole generates that of a convex subset, and what a window holds is
+    one: whatever must come between two of its toolpaths comes between them in every order.
     """
     out_start = np.zeros(len(paths) + 1, np.int32)
     total = 0

@@ -59,6 +59,7 @@ def _walk(
 ) -> None:
     """One ant's sequence, into the tour; pheromone starts as 1."""
     points, cost_model, links, near, order = tour.points, tour.cost_model, tour.links, tour.near, tour.order
+    allowed = tour.allowed
     n = order.shape[1] - 2
     missing = np.empty(n, np.int32)
     ready = np.empty(n, np.int32)
@@ -102,6 +103,8 @@ def _walk(
                 here = u
                 for t in range(count):
                     for v in range(2 * ready[t], 2 * ready[t] + 2):
+                        if not allowed[v]:
+                            continue
                         length = arc_cost(points, cost_model, here, v)
                         if length < least:
                             least, u = length, v

@@ -36,8 +36,8 @@ class Room(NamedTuple):
     """What one tree and its rollouts write to, made once for all trees.
 
     Attributes:
-        missing: int32 (2, m), for each toolpath of the stretch, how many just below it are not printed: at
-            the root, and now.
+        missing: int32 (2, m), for each toolpath of the stretch, how many that it waits for are not printed:
+            at the root, and now.
         ready: int32 (m,), the printable ones, by their position in the stretch.
         sequence: int32 (m,), the stretch as a rollout orders it.
         tree, worth: see ``tree``.
@@ -215,12 +215,14 @@ def _best(
     Near is good, and so is early in the best sequence, whose large structure a rollout keeps.
     """
     ready, tree = room.ready, room.tree
-    points, cost_model, order = tour.points, tour.cost_model, tour.order
+    points, cost_model, order, allowed = tour.points, tour.cost_model, tour.order, tour.allowed
     least, next_least = FORBIDDEN, FORBIDDEN
     best, second = NONE, NONE
     for t in range(count):
         s = order[0, root + ready[t]] >> 1
         for v in range(2 * s, 2 * s + 2):
+            if not allowed[v]:
+                continue
             score = arc_cost(points, cost_model, u, v) + bias * ready[t]
             if score >= next_least:
                 continue
