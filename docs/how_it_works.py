@@ -36,7 +36,7 @@ from slicer.sequence.portfolio.automatic import BEAM_UP_TO, PROVE_UP_TO
 from slicer.sequence.problem import Objective, Progress, Search
 from slicer.sequence.states import DownSets, Section, all_down_sets, cover
 from slicer.sequence.states.corridor import MERGED_STATES
-from vslice.pipeline import problem_of
+from vslice.printable import problem_of
 
 ROOT = Path(__file__).parents[1]
 REAL = ROOT / "examples" / "muscle_us_8x8.json"

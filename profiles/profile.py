@@ -43,6 +43,7 @@ LAST_DECIMALS = (
     ("motion", "approach_mm", "0.001", PLACE_DECIMAL),
     ("motion", "join_mm", "0.001", PLACE_DECIMAL),
     ("motion", "prime_mm", "0.001", PLACE_DECIMAL),
+    ("nozzle", "overlap_mm", "0.001", PLACE_DECIMAL),
     ("motion", "valve_open_s", "0.001", "the millisecond in which G4 counts"),
     ("motion", "valve_close_s", "0.001", "the millisecond in which G4 counts"),
     ("nozzle", "tip_width_mm", "0.001", PLACE_DECIMAL),
@@ -112,6 +113,11 @@ class Material(_Section):
     flow: Annotated[float, _between(0.01, 100)] = Field(1.0, description="Factor on all extrusion.")
     nozzle_temperature_c: Temperature = Field(200.0, description="Temperature of the nozzle while printing.")
     bed_temperature_c: Temperature = Field(60.0, description="Temperature of the bed while printing.")
+    max_bridge_mm: Annotated[float, _between(0, 100_000)] | None = Field(
+        None,
+        description="How far a line may hang with nothing printed under or beside it before it is warned of; "
+        "by default any length, as in a bath that carries the print.",
+    )
     pressure_kpa: Annotated[float, _between(0, 100_000)] = Field(
         0.0, description="Air pressure, for templates that set it."
     )
@@ -188,6 +194,11 @@ class Nozzle(_Section):
     press_mm: Annotated[float, _between(0, 100)] | None = Field(
         None,
         description="How deep printed material may push into the body; by default half the height of a bead.",
+    )
+    overlap_mm: Annotated[float, _between(0, 10)] = Field(
+        0.0,
+        description="Where a toolpath is printed in pieces, how far the later piece reaches over the earlier "
+        "one; 0 lets them meet.",
     )
     downhill_deg: Annotated[float, _between(0, 90)] = Field(
         90.0, description="Steepest tilt at which the tip may move down while it extrudes; 90 for any."

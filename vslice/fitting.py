@@ -13,14 +13,15 @@ from profiles import Profile
 from profiles.nozzles import KnownNozzle, known_nozzles, nozzle_called
 from slicer import sequence
 from slicer.cycles import in_cycles
-from slicer.errors import CycleError
+from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
 from slicer.nozzle import NozzleBody
 from slicer.precedence import hindering_edges
 from vslice.nozzle import body_of, press_of
-from vslice.objective import objective_of
-from vslice.pipeline import laid_out, pressing_of, printable, problem_of
+from vslice.objective import join_mm, objective_of
+from vslice.pipeline import laid_out, pressing_of
+from vslice.printable import printable
 
 if TYPE_CHECKING:  # a table needs no picture
     from matplotlib.figure import Figure
@@ -92,7 +93,6 @@ def fit(sheet: Grid, lines: Hatch, profile: Profile, name: str, method: str) -> 
     spacing = spacing_of(sheet, lines)
     body = body_of(profile, spacing)
     caught = cyclic(lines.segments, body)
-    pieces = printable(lines, body)
     nozzle = profile.nozzle
     found = Fit(
         name,
@@ -106,10 +106,12 @@ def fit(sheet: Grid, lines: Hatch, profile: Profile, name: str, method: str) -> 
         None,
     )
     try:
-        problem = problem_of(pieces.segments, "corner", body, nozzle.downhill_deg)
-    except CycleError:
+        shaped = printable(sheet.source, lines, "corner", body, nozzle.downhill_deg)
+    except SlicerError:  # no number of cuts is enough
         return found
-    result = sequence.solve(problem, method=method, objective=objective_of(profile, "time"))
+    pieces = shaped.lines
+    objective = objective_of(profile, "time", join_mm(profile, spacing))
+    result = sequence.solve(shaped.problem, method=method, objective=objective)
     _, made = laid_out(sheet, pieces, result, profile)
     pressing = pressing_of(made, profile)
     deepest = None if pressing is None else pressing.deepest

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +23,15 @@ from slicer import hatch, sequence, travel
 from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
-from slicer.nozzle import POINT, NozzleBody
-from slicer.sequence import Problem, Result
+from slicer.sequence import Result
 from slicer.sequence.problem import Progress
+from slicer.support import Hanging, hanging
 from slicer.travel import Plan
 from vslice import __version__
 from vslice.nozzle import body_of
-from vslice.objective import objective_name, objective_of
+from vslice.objective import join_mm, objective_name, objective_of
 from vslice.pressed import nozzle_name
+from vslice.printable import Conflicts, Printable, printable
 from vslice.reading import read_grid
 
 
@@ -40,11 +41,12 @@ class Sliced:
 
     ``greedy`` is what `travel` would be in the order of the source paper's hill climbing, which is what
     people otherwise do. ``pressing`` is how deep the printed pushes into the nozzle by the check's own model;
-    None for a nozzle without a body.
+    None for a nozzle without a body. ``hatch_lines`` is how many toolpaths there were before any was cut.
     """
 
     sheet: Grid
-    lines: Hatch
+    printable: Printable
+    hatch_lines: int
     result: Result
     plan: Plan
     program: program.Program
@@ -52,6 +54,12 @@ class Sliced:
     facts: dict[str, str]
     greedy: float
     pressing: Pressing | None
+    hanging: Hanging
+
+    @property
+    def lines(self) -> Hatch:
+        """The toolpaths, or pieces of them."""
+        return self.printable.lines
 
     def text(self) -> Iterator[str]:
         """The lines of the G-code file."""
@@ -73,7 +81,7 @@ class Sliced:
                 f"{self.facts['profile']} does not say [motion] prime_mm, so no line fills the nozzle first: "
                 'begin it with extends = "marlin-generic", or set prime_mm (0 for none).'
             )
-        own = self.facts["profile"] not in profiles.shipped()
+        found += self._hanging_and_pressed()
         if own and "tip_width_mm" not in self.profile.nozzle.model_fields_set:
             found.append(
                 f"{self.facts['profile']} does not say [nozzle] tip_width_mm, so the nozzle is taken for a "
@@ -81,6 +89,38 @@ class Sliced:
                 "('vslice profiles nozzles' lists them; 0 keeps the point)."
             )
         return found
+
+    def _hanging_and_pressed(self) -> list[str]:
+        found = []
+        most, longest = self.profile.material.max_bridge_mm, float(self.hanging.bridge_mm.max())
+        if most is not None and longest > most:
+            k = int(self.hanging.bridge_mm.argmax())
+            many = int((self.hanging.bridge_mm > most).sum())
+            col, row = self.lines.tile[self.result.order[k]]
+            found.append(
+                f"{many} toolpaths hang over more than max_bridge_mm {most:g}, the longest, toolpath {k} of the "
+                f"program in tile ({col}, {row}), over {longest:.2f} mm: nothing is printed under or beside it."
+            )
+        if self.printable.pressed is not None:
+            deepest = float(self.printable.pressed.depth_mm.max())
+            found.append(
+                f"the nozzle is pressed up to {deepest:.3f} mm deep into what is printed, as --conflicts press "
+                f"asks; check and send refuse this program unless --set nozzle.press_mm={deepest + 0.005:.2f} "
+                "allows it."
+            )
+        return found
+
+    def pressed_places(self) -> list[str]:
+        """Every place where the nozzle presses deeper than it may, which the user asked for."""
+        pressed = self.printable.pressed
+        if pressed is None:
+            return []
+        tile = self.lines.tile.tolist()
+        return [
+            f"toolpath {b} of tile ({tile[b][0]}, {tile[b][1]}) is pressed {depth:.3f} mm into toolpath {a} of "
+            f"tile ({tile[a][0]}, {tile[a][1]})"
+            for (a, b), depth in zip(pressed.pairs.tolist(), pressed.depth_mm.tolist(), strict=True)
+        ]
 
     @property
     def room_ul(self) -> float:
@@ -112,6 +152,7 @@ class Search:
     effort: str = "default"
     objective: str = "time"
     start: str = "corner"
+    conflicts: Conflicts = "cut"
     seed: int = 0
     time_limit_s: float | None = None
     workers: int = 1
@@ -147,34 +188,6 @@ def hatched(sheet: Grid) -> Hatch:
             why = "all tiles are empty" if np.isnan(sheet.angles_deg).all() else "outline_mm leaves nothing"
         raise SlicerError(f"{sheet.source}: the sheet has no toolpaths: {why}.")
     return lines
-
-
-def printable(lines: Hatch, body: NozzleBody) -> Hatch:
-    """The toolpaths that a nozzle can print in some order. Where they stand in one another's way in a ring,
-    this is the place to cut them; a point nozzle can print all as they are.
-    """
-    return lines
-
-
-def problem_of(
-    segments: NDArray[np.float64], start: str, body: NozzleBody = POINT, downhill_deg: float = 90.0
-) -> Problem:
-    """The sequencing problem: from the "corner", as in the source paper, or with a "free" start.
-
-    The corner is the lower end of toolpath 0, the lowest of the bottom left tile. Where a body forbids to
-    begin there, the start is free.
-
-    Raises:
-        CycleError: toolpaths stand in the nozzle's way in a ring.
-    """
-    lower_end_second = bool(len(segments) and segments[0, 1, 1] < segments[0, 0, 1])
-    if start == "free":
-        return Problem.build(segments, body=body, downhill_deg=downhill_deg)
-    if body.is_point:
-        return Problem.build(segments, downhill_deg=downhill_deg, first=0, first_flipped=lower_end_second)
-    problem = Problem.build(segments, body=body, downhill_deg=downhill_deg)
-    waits = problem.pred_start[1] > problem.pred_start[0]
-    return problem if waits else replace(problem, first=0, first_flipped=lower_end_second)
 
 
 def _in_its_unit(objective: str, plan: Plan, made: program.Program) -> float:
@@ -216,9 +229,12 @@ def slice_grid(
     step("sequencing")
     spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
     body = body_of(profile, spacing)
-    lines = printable(lines, body)
-    problem = problem_of(lines.segments, search.start, body, profile.nozzle.downhill_deg)
-    objective = objective_of(profile, objective_name(search.objective))
+    hatched_lines = len(lines.segments)
+    downhill = profile.nozzle.downhill_deg
+    shaped = printable(sheet.source, lines, search.start, body, downhill, search.conflicts)
+    lines, problem = shaped.lines, shaped.problem
+    join = join_mm(profile, spacing)
+    objective = objective_of(profile, objective_name(search.objective), join)
     result = sequence.solve(
         problem,
         method=search.method,
@@ -230,8 +246,7 @@ def slice_grid(
         progress=progress,
     )
     step("routing")
-    clearance = profile.motion.clearance_mm
-    plan = travel.plan(lines.segments, result.order, result.flipped, clearance_mm=clearance)
+    plan = routed(sheet, lines, result, profile)
     step("building")
     tile = lines.tile[result.order]
     made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
@@ -248,6 +263,7 @@ def slice_grid(
         "effort": search.effort + (" (ended early)" if result.stopped else ""),
         "seed": str(search.seed),
         "toolpaths": str(len(lines.segments)),
+        "beads": str(plan.beads),
         "travel_straight_mm": f"{plan.straight_mm:.3f}",
         "travel_routed_mm": f"{plan.routed_mm:.3f}",
         "printed_mm": f"{plan.printed_mm:.3f}",
@@ -256,13 +272,27 @@ def slice_grid(
         facts["nozzle"] = nozzle_name(profile)
     if sheet.meta != {}:
         facts["meta"] = meta_line(sheet.meta)
-    return Sliced(sheet, lines, result, plan, made, profile, facts, greedy, pressing_of(made, profile))
+    hangs = hanging(plan.toolpaths, made.height_mm)
+    pressing = pressing_of(made, profile)
+    return Sliced(sheet, shaped, hatched_lines, result, plan, made, profile, facts, greedy, pressing, hangs)
+
+
+def routed(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> Plan:
+    """The routes of a sequence under a machine and its nozzle."""
+    spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+    return travel.plan(
+        lines.segments,
+        result.order,
+        result.flipped,
+        clearance_mm=profile.motion.clearance_mm,
+        body=body_of(profile, spacing),
+        join_mm=join_mm(profile, spacing),
+    )
 
 
 def laid_out(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> tuple[Plan, program.Program]:
     """Routes and moves of a sequence, whether the machine reaches them or not: for comparisons."""
-    clearance = profile.motion.clearance_mm
-    plan = travel.plan(lines.segments, result.order, result.flipped, clearance_mm=clearance)
+    plan = routed(sheet, lines, result, profile)
     tile = lines.tile[result.order]
     return plan, program.lay_out(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
 

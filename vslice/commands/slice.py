@@ -34,6 +34,7 @@ from vslice.terminal.session import common, progress, say, so_far, warnings_said
 if TYPE_CHECKING:  # it imports all that is heavy
     from slicer.sequence import Result
     from vslice.pipeline import Sliced
+    from vslice.printable import Conflicts
 
 
 @click.command(
@@ -55,6 +56,14 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @effort_option
 @objective_option("time")
 @start_option
+@click.option(
+    "--conflicts",
+    type=click.Choice(["cut", "press", "refuse"]),
+    default="cut",
+    show_default=True,
+    help="Toolpaths that stand in the nozzle's way in a ring: cut them, press the nozzle into them as little as "
+    "can be, or refuse the sheet.",
+)
 @click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(0, MOST_SEED), help="For random numbers."
 )
@@ -79,6 +88,7 @@ def command(
     effort: str,
     objective: str,
     start: str,
+    conflicts: "Conflicts",
     seed: int,
     time_limit_s: float | None,
     workers: int,
@@ -88,7 +98,7 @@ def command(
     """Turn a grid of fibre angles into G-code; - reads the grid from standard input.
 
     Toolpaths are hatched into the tiles, put into an order in which each is laid after all that lies
-    below it, and joined by travels that pass over what is printed. Ctrl-C ends the search for an order
+    below it or would stand in the nozzle's way, and joined by travels that pass over what is printed. Ctrl-C ends the search for an order
     and goes on with the best one found.
     """
     piped = str(grid_file) == "-"
@@ -113,7 +123,7 @@ def command(
 
     overrides = with_nozzle(nozzle_name, overrides)
     unit = unit_of(objective_name(objective))
-    search = Search(method, effort, objective, start, seed, time_limit_s, workers)
+    search = Search(method, effort, objective, start, conflicts, seed, time_limit_s, workers)
     with progress(6) as step, compiling() as first_run, warnings_said():
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
@@ -129,6 +139,8 @@ def command(
         output.write(target, _encoded(sliced.text()))
     for sentence in sliced.advice():
         say(f"Warning: {sentence}")
+    for place in sliced.pressed_places():
+        say(place)
     say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
     if send and target is not None:
         from vslice.commands.send import check, send_file
@@ -168,8 +180,10 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     # Rounded first, so that what is shown adds up.
     parts = [round(seconds, 1) for seconds in made.times]
     printing, between, other = parts
+    joined = f"  ({plan.joined_mm:.1f} mm of hops extruded)" if plan.joined.any() else ""
     rows = {
-        "toolpaths": f"{len(plan.toolpaths)}{dropped}",
+        "toolpaths": f"{sliced.hatch_lines}{dropped}",
+        "beads": f"{plan.beads}{joined}",
         "printed length": f"{plan.printed_mm:.1f} mm",
         "straight travel J": f"{plan.straight_mm:.3f} mm{_known_travel(result)}",
         "routed travel": f"{plan.routed_mm:.3f} mm{_known(result) if result.objective == 'routed' else ''}",
@@ -180,10 +194,30 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
         "estimated time": f"{sum(parts):.1f} s, without homing and heating",
         "saved": f"{_saved(sliced)}, by {result.method}{early}",
     }
-    if sliced.pressing is not None:
-        rows["nozzle"] = pressed(sliced.pressing, sliced.profile)
+    rows |= _nozzle_rows(sliced)
+    rows["hanging"] = (
+        f"{sliced.hanging.length_mm.sum():.1f} mm, {sliced.hanging.bridge_mm.max():.2f} mm at once"
+    )
     if result.objective == "time":
         rows["minimised"] = f"{result.cost:.1f} s of travels from stop to stop{_known(result)}"
+    return rows
+
+
+def _nozzle_rows(sliced: "Sliced") -> dict[str, str]:
+    """What the nozzle's body took."""
+    rows = {}
+    if sliced.pressing is not None:
+        rows["nozzle"] = pressed(sliced.pressing, sliced.profile)
+    cut, forced = sliced.printable.cut, sliced.printable.pressed
+    if cut is not None:
+        rows["cut"] = (
+            f"{cut.toolpaths_cut} of {sliced.hatch_lines} toolpaths, {cut.cuts} cuts (at least {cut.fewest} are "
+            f"needed), {len(cut.segments)} pieces"
+        )
+    if forced is not None:
+        beyond = float((forced.depth_mm - sliced.printable.problem.body.press).sum())
+        best = "the least possible" if forced.least else "as little as was found"
+        rows["pressed"] = f"{len(forced.pairs)} times too deep, by {beyond:.3f} mm in all ({best})"
     return rows
 
 

@@ -17,7 +17,8 @@ from slicer.errors import GridError, SlicerError
 from slicer.sequence import Problem
 from slicer.sequence.problem import REACH_MM
 from vslice.nozzle import body_of
-from vslice.pipeline import hatched, printable, problem_of
+from vslice.pipeline import hatched
+from vslice.printable import printable
 from vslice.reading import read_grid
 
 
@@ -53,9 +54,9 @@ def load_instance(path: Path, start: str, profile: Profile | None = None) -> Ins
         lines = hatched(sheet)
         spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
         body = body_of(profile, spacing)
-        lines = printable(lines, body)
-        problem = problem_of(lines.segments, start, body, profile.nozzle.downhill_deg)
-        return Instance(problem, sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]])
+        shaped = printable(str(path), lines, start, body, profile.nozzle.downhill_deg)
+        tile = shaped.lines.tile
+        return Instance(shaped.problem, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
     problems = _problems(data)
     if problems:
         raise GridError(str(path), problems)

@@ -16,7 +16,7 @@ from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
 from slicer.sequence.problem import ObjectiveName, Progress, unit_of
-from vslice.objective import objective_of
+from vslice.objective import join_mm, objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
 from vslice.terminal.session import Steps, so_far
 
@@ -103,6 +103,12 @@ class Machine(NamedTuple):
     profile: Profile
     spacing_mm: NDArray[np.float64] | None = None
 
+    @property
+    def join_mm(self) -> float:
+        """The longest hop that is extruded; 0 for none."""
+        spacing = np.array([self.profile.material.width_mm]) if self.spacing_mm is None else self.spacing_mm
+        return join_mm(self.profile, spacing)
+
 
 def runs(methods: Sequence[str], seeds: int, objective: ObjectiveName) -> list[tuple[str, int]]:
     """Method and seed of every run: greedy too, since the others are compared with it."""
@@ -126,7 +132,10 @@ def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, 
         )
         for method in dict.fromkeys([*methods, "greedy"]):
             result = sequence.solve(
-                part, method=method, effort="quick", objective=objective_of(machine.profile, objective)
+                part,
+                method=method,
+                effort="quick",
+                objective=objective_of(machine.profile, objective, machine.join_mm),
             )
             _measured(part, result, Machine(machine.profile))
 
@@ -163,7 +172,7 @@ def run_methods(
             method=method,
             seed=seed,
             effort=effort,
-            objective=objective_of(machine.profile, objective),
+            objective=objective_of(machine.profile, objective, machine.join_mm),
             progress=watch,
         )
         if result.stopped:
@@ -186,7 +195,12 @@ def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float
     """Routed travel in mm, and the estimated seconds of all travels, on a machine."""
     profile, spacing_mm = machine
     plan = travel.plan(
-        problem.segments, result.order, result.flipped, clearance_mm=profile.motion.clearance_mm
+        problem.segments,
+        result.order,
+        result.flipped,
+        clearance_mm=profile.motion.clearance_mm,
+        body=problem.body,
+        join_mm=machine.join_mm,
     )
     spacing = (
         np.full(problem.n, profile.material.width_mm) if spacing_mm is None else spacing_mm[result.order]

@@ -15,7 +15,7 @@ from slicer.grid import Grid
 from slicer.hatch import Hatch, hatch
 from vslice import output
 from vslice.comparison.methods import Machine, run_methods, warm_up
-from vslice.pipeline import problem_of
+from vslice.printable import problem_of
 from vslice.terminal.session import Steps
 
 if TYPE_CHECKING:  # what needs them imports them: comparing without a picture draws nothing

@@ -59,6 +59,7 @@ class Problem:
         *,
         body: NozzleBody = POINT,
         downhill_deg: float = 90.0,
+        edges: NDArray[np.int32] | None = None,
         first: int | None = None,
         first_flipped: bool | None = None,
     ) -> "Problem":
@@ -68,6 +69,8 @@ class Problem:
             body: the nozzle, for which toolpaths can stand in one another's way.
             downhill_deg: steepest tilt at which a toolpath may be printed downwards, see
                 ``nozzle.allowed_directions``.
+            edges: int32 (m, 2), a precedence without cycles to take instead of the derived one, where some of
+                that is given up (``slicer.cutting.press``).
             first, first_flipped: see ``Problem``.
 
         Raises:
@@ -87,8 +90,9 @@ class Problem:
             first_flipped = truth("first_flipped", first_flipped, "Give None to leave the direction free.")
         below = precedence.covering_edges(lines)
         n = len(lines)
-        edges = below
-        if not body.is_point:
+        if edges is None:
+            edges = below
+        if not body.is_point and edges is below:
             edges = precedence.hindering_edges(lines, body)
             check_acyclic(n, edges)
         allowed = allowed_directions(lines, downhill_deg)
