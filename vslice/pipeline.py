@@ -98,15 +98,15 @@ class Sliced:
             many = int((self.hanging.bridge_mm > most).sum())
             col, row = self.lines.tile[self.result.order[k]]
             found.append(
-                f"{many} toolpaths hang over more than max_bridge_mm {most:g}, the longest, toolpath {k} of the "
-                f"program in tile ({col}, {row}), over {longest:.2f} mm: nothing is printed under or beside it."
+                f"{many} toolpaths hang over more than max_bridge_mm {most:g}, the longest, toolpath {k} of "
+                f"the program in tile ({col}, {row}), over {longest:.2f} mm with nothing under or beside it."
             )
         if self.printable.pressed is not None:
             deepest = float(self.printable.pressed.depth_mm.max())
             found.append(
-                f"the nozzle is pressed up to {deepest:.3f} mm deep into what is printed, as --conflicts press "
-                f"asks; check and send refuse this program unless --set nozzle.press_mm={deepest + 0.005:.2f} "
-                "allows it."
+                f"the nozzle is pressed up to {deepest:.3f} mm deep into what is printed, as --conflicts "
+                "press asks; check and send refuse this program unless --set "
+                f"nozzle.press_mm={deepest + 0.005:.2f} allows it."
             )
         return found
 
@@ -117,8 +117,8 @@ class Sliced:
             return []
         tile = self.lines.tile.tolist()
         return [
-            f"toolpath {b} of tile ({tile[b][0]}, {tile[b][1]}) is pressed {depth:.3f} mm into toolpath {a} of "
-            f"tile ({tile[a][0]}, {tile[a][1]})"
+            f"toolpath {b} of tile ({tile[b][0]}, {tile[b][1]}) is pressed {depth:.3f} mm into toolpath {a} "
+            f"of tile ({tile[a][0]}, {tile[a][1]})"
             for (a, b), depth in zip(pressed.pairs.tolist(), pressed.depth_mm.tolist(), strict=True)
         ]
 

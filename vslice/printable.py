@@ -53,8 +53,8 @@ def printable(
     """Make a sequencing problem of hatch lines.
 
     Args:
-        start: from the "corner", as in the source paper, or "free". The corner is the lower end of toolpath 0,
-            the lowest of the bottom left tile; where a body forbids to begin there, the start is free.
+        start: from the "corner", as in the source paper, or "free". The corner is the lower end of toolpath
+            0, the lowest of the bottom left tile; where a body forbids to begin there, the start is free.
         source: the name of the grid, for messages.
         conflicts: what to do where toolpaths stand in one another's way in a ring: "cut" them, "press" the
             nozzle into them as little as can be, or "refuse".

@@ -61,8 +61,8 @@ if TYPE_CHECKING:  # it imports all that is heavy
     type=click.Choice(["cut", "press", "refuse"]),
     default="cut",
     show_default=True,
-    help="Toolpaths that stand in the nozzle's way in a ring: cut them, press the nozzle into them as little as "
-    "can be, or refuse the sheet.",
+    help="Toolpaths that stand in the nozzle's way in a ring: cut them, press the nozzle into them as little "
+    "as can be, or refuse the sheet.",
 )
 @click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(0, MOST_SEED), help="For random numbers."
@@ -98,8 +98,8 @@ def command(
     """Turn a grid of fibre angles into G-code; - reads the grid from standard input.
 
     Toolpaths are hatched into the tiles, put into an order in which each is laid after all that lies
-    below it or would stand in the nozzle's way, and joined by travels that pass over what is printed. Ctrl-C ends the search for an order
-    and goes on with the best one found.
+    below it or would stand in the nozzle's way, and joined by travels that pass over what is printed.
+    Ctrl-C ends the search for an order and goes on with the best one found.
     """
     piped = str(grid_file) == "-"
     target = None if is_stdout(out) or (piped and out is None) else out or grid_file.with_suffix(".gcode")
@@ -211,8 +211,8 @@ def _nozzle_rows(sliced: "Sliced") -> dict[str, str]:
     cut, forced = sliced.printable.cut, sliced.printable.pressed
     if cut is not None:
         rows["cut"] = (
-            f"{cut.toolpaths_cut} of {sliced.hatch_lines} toolpaths, {cut.cuts} cuts (at least {cut.fewest} are "
-            f"needed), {len(cut.segments)} pieces"
+            f"{cut.toolpaths_cut} of {sliced.hatch_lines} toolpaths, {len(cut.segments)} pieces; {cut.cuts} "
+            f"cuts, and no way takes fewer than {cut.fewest}"
         )
     if forced is not None:
         beyond = float((forced.depth_mm - sliced.printable.problem.body.press).sum())
