@@ -194,15 +194,21 @@ def slice_grid(
     )
     step("routing")
     clearance = profile.motion.clearance_mm
-    plan = travel.plan(lines.segments, result.order, result.flipped, clearance_mm=clearance)
+    plan = travel.plan(
+        lines.segments, result.order, result.flipped, clearance_mm=clearance, body=problem.body
+    )
     step("building")
     tile = lines.tile[result.order]
-    made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
+    made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile, problem.body)
     # The same search of an order that the result came out of, but for its method: what it is compared with.
     simple = sequence.solve(problem, method="greedy", objective=objective)
-    greedy_plan = travel.plan(lines.segments, simple.order, simple.flipped, clearance_mm=clearance)
+    greedy_plan = travel.plan(
+        lines.segments, simple.order, simple.flipped, clearance_mm=clearance, body=problem.body
+    )
     tile = lines.tile[simple.order]
-    greedy_made = program.lay_out(greedy_plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+    greedy_made = program.lay_out(
+        greedy_plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], problem.body
+    )
     greedy = _in_its_unit(result.objective, greedy_plan, greedy_made)
     facts = {
         "version": __version__,

@@ -182,7 +182,11 @@ def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float
     """Routed travel in mm, and the estimated seconds of all travels, on a machine."""
     profile, spacing_mm = machine
     plan = travel.plan(
-        problem.segments, result.order, result.flipped, clearance_mm=profile.motion.clearance_mm
+        problem.segments,
+        result.order,
+        result.flipped,
+        clearance_mm=profile.motion.clearance_mm,
+        body=problem.body,
     )
     spacing = (
         np.full(problem.n, profile.material.width_mm) if spacing_mm is None else spacing_mm[result.order]
