@@ -66,7 +66,11 @@ class NozzleBody(NamedTuple):
         if cone_deg >= 90:
             raise SlicerError(f"cone_deg {cone_deg:g} must be below 90: it is the angle from the axis")
         return cls(
-            tip_width_mm / 2, math.tan(math.radians(cone_deg)), length_mm, shoulder_width_mm / 2, press_mm
+            tip_width_mm / 2,
+            math.tan(math.radians(cone_deg)),
+            float(length_mm),  # kernels are compiled anew for whole numbers
+            shoulder_width_mm / 2,
+            float(press_mm),
         )
 
     @property
