@@ -19,6 +19,7 @@ from gcode.moves import Kind, Move
 from profiles import Profile, render
 
 if TYPE_CHECKING:  # it imports what compiles the routing
+    from slicer.nozzle import NozzleBody
     from slicer.travel import Plan
 
 STILL_MM = 1e-6
@@ -54,7 +55,11 @@ class Program:
 
 
 def build(
-    plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64], tile: NDArray[np.int32]
+    plan: "Plan",
+    profile: Profile,
+    spacing_mm: NDArray[np.float64],
+    tile: NDArray[np.int32],
+    body: "NozzleBody | None" = None,
 ) -> Program:
     """Lay out the moves of a plan: feed along the path in the plane, retraction or valve around travels.
 
@@ -63,17 +68,20 @@ def build(
         spacing_mm: float64 (n,), spacing of each toolpath in the order of printing: the bead's height,
             unless the profile says another.
         tile: int32 (n, 2), (col, row) of each toolpath in the order of printing, for messages.
+        body: the nozzle under which the plan was made; None for a point.
 
     Raises:
         BuildVolumeError: a position is outside the machine.
     """
     height = bead_height_mm(profile.material, spacing_mm)
-    volume.check_sheet(plan.toolpaths, height, profile, tile, plan.order)
+    volume.check_sheet(plan.toolpaths, height, profile, tile, plan.order, body)
     volume.check_travels(plan, height, profile, tile)
-    return lay_out(plan, profile, spacing_mm)
+    return lay_out(plan, profile, spacing_mm, body)
 
 
-def lay_out(plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64]) -> Program:
+def lay_out(
+    plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64], body: "NozzleBody | None" = None
+) -> Program:
     """The same without asking whether the machine can reach it: to compare plans by their times."""
     material = profile.material
     height = bead_height_mm(material, spacing_mm)
@@ -82,7 +90,7 @@ def lay_out(plan: "Plan", profile: Profile, spacing_mm: NDArray[np.float64]) -> 
     primed = profile.motion.prime_mm * float(rate[0]) if len(rate) else 0.0
     length = np.hypot(*(plan.toolpaths[:, 1] - plan.toolpaths[:, 0]).T)
     joins = _join_mm(plan)
-    moves = list(_Writer(profile, shift).moves(plan, rate * length, rate * joins, height, primed))
+    moves = list(_Writer(profile, shift, body).moves(plan, rate * length, rate * joins, height, primed))
     return Program(
         moves=moves,
         height_mm=height,
@@ -114,8 +122,9 @@ def _when_due(lines: list[str]) -> list[str]:
 class _Writer:
     """Keeps where the nozzle is and whether material flows, and yields moves."""
 
-    def __init__(self, profile: Profile, shift: tuple[float, float]) -> None:
+    def __init__(self, profile: Profile, shift: tuple[float, float], body: "NozzleBody | None") -> None:
         self.profile = profile
+        self.body = body
         self.shift = shift
         self.depth = profile.machine.fixed_mm
         self.limits = AxisLimits.of(profile)
@@ -140,7 +149,7 @@ class _Writer:
         yield from self._commands(["G21", "G90", "M83"])
         if len(plan.toolpaths):
             if profile.motion.prime_mm:
-                where = volume.prime_line(plan.toolpaths, profile, self.shift)
+                where = volume.prime_line(plan.toolpaths, height, profile, self.shift, self.body)
                 yield from self._prime(*where, float(height[0]), primed)
             yield from self._print(plan, feed, join_feed, height)
         yield self._comment("TYPE:CUSTOM")
@@ -177,6 +186,7 @@ class _Writer:
             yield self._to(end[0], end[1], self.profile.motion.print_speed_mm_s, feeds[k])
         self.toolpath = -1
         yield from self._close(away=True)
+        # Straight up no body comes nearer to the print, and above its highest line it is clear of all of it.
         yield self._to(self.x, min(self.top, highest + self.profile.motion.approach_mm))
         if self.profile.motion.park_mm is not None:
             yield self._to(self.profile.motion.park_mm, self.y)

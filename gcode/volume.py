@@ -11,6 +11,7 @@ from gcode.errors import BuildVolumeError
 from profiles import Profile
 
 if TYPE_CHECKING:  # it imports what compiles the routing
+    from slicer.nozzle import NozzleBody
     from slicer.travel import Plan
 
 TOLERANCE_MM = 1e-6
@@ -56,6 +57,7 @@ def check_sheet(
     profile: Profile,
     tile: NDArray[np.int32],
     number: NDArray[np.integer] | None = None,
+    body: "NozzleBody | None" = None,
 ) -> None:
     """Whether the machine reaches the toolpaths, the line that fills the nozzle and the parking place.
 
@@ -64,6 +66,7 @@ def check_sheet(
         height: float64 (n,), that of each bead.
         tile: int32 (n, 2), (col, row) of each toolpath.
         number: of each toolpath, for the message; by default its place.
+        body: the nozzle, beside which the line that fills it must not stand; None for a point.
 
     Raises:
         BuildVolumeError: it does not; the text says where, by how much, and what to do.
@@ -83,7 +86,7 @@ def check_sheet(
             f"{_what_to_do(points[:, side], side, profile)}"
         )
     if profile.motion.prime_mm:
-        prime_line(toolpaths, profile, shift)
+        prime_line(toolpaths, height, profile, shift, body)
 
 
 def check_travels(
@@ -108,19 +111,29 @@ def check_travels(
 
 
 def prime_line(
-    toolpaths: NDArray[np.float64], profile: Profile, shift: tuple[float, float]
+    toolpaths: NDArray[np.float64],
+    height: NDArray[np.float64],
+    profile: Profile,
+    shift: tuple[float, float],
+    body: "NozzleBody | None" = None,
 ) -> tuple[float, float]:
     """Where on the sheet's horizontal axis the line that fills the nozzle begins and ends, in mm.
 
-    It runs towards the sheet, on its left where there is room, else on its right.
+    It runs towards the sheet, on its left where there is room, else on its right. Where its bead is thicker
+    than the lowest of the sheet, it stands in the way of a body that prints that one: so much farther off it
+    is drawn.
 
     Raises:
         BuildVolumeError: there is no room on either side.
     """
     motion = profile.motion
     low, high = _range(profile, "XYZ".index(profile.machine.plane[0]))
-    left = float(toolpaths[:, :, 0].min()) + shift[0] - motion.prime_gap_mm
-    right = float(toolpaths[:, :, 0].max()) + shift[0] + motion.prime_gap_mm
+    gap = motion.prime_gap_mm
+    if body is not None:
+        lowest = float(toolpaths[:, :, 1].min()) + shift[1] - profile.machine.bed_z_mm
+        gap = max(gap, body.beside(float(height.max()) / 2 - lowest))
+    left = float(toolpaths[:, :, 0].min()) + shift[0] - gap
+    right = float(toolpaths[:, :, 0].max()) + shift[0] + gap
     if left - motion.prime_mm >= low:
         return left - motion.prime_mm, left
     if right + motion.prime_mm <= high:

@@ -198,6 +198,26 @@ def highest(
     return anywhere if most is None else most
 
 
+def behind_travels(
+    program: Program, start: int, close_lines: Sequence[str] = (), open_lines: Sequence[str] = ()
+) -> int:
+    """The index behind the last move before material is laid from command ``start`` on; ``start`` itself if
+    there is none, or if nothing tells."""
+    state, valve, found = Replay(), Valve(close_lines, open_lines), start
+    for k, command in enumerate(program.commands):
+        was_open, before = valve.is_open, dict(state.position)
+        state.apply(command)
+        valve.apply(command)
+        if k < start or not MOTION.match(command):
+            continue
+        moved = any(before.get(axis) != state.position.get(axis) for axis in "XYZ")
+        if state.extruding or (moved and was_open):
+            return found
+        if moved:
+            found = k + 1
+    return start
+
+
 def lays_nothing(
     program: Program, count: int, close_lines: Sequence[str] = (), open_lines: Sequence[str] = ()
 ) -> bool:

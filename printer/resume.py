@@ -13,7 +13,7 @@ from printer.errors import JournalError, ResumeError
 from printer.journal import LINES_PER_SYNC
 from printer.protocol import clean
 from printer.records import Entry
-from printer.replay import MOTION, WAITING, Replay, highest, replay, words
+from printer.replay import MOTION, WAITING, Replay, behind_travels, highest, replay, words
 from printer.resume_told import way, where_it_goes_on
 from printer.safety import extrusion, lift, number
 from printer.settings import Safety
@@ -120,9 +120,14 @@ def plan_resume(
     # A job that went back has printed what lies ahead of it already.
     furthest = program.index_of_line(entry.furthest_line) + LINES_PER_SYNC + QUEUED_LINES
     furthest = min(len(program), furthest)
-    state, later = replay(program, start), replay(program, furthest)
+    # The nozzle comes down where the toolpath begins, and not where the one before it ended: what is printed
+    # of it already may stand in the way of the nozzle's body there.
+    down = start
+    if program.toolpaths:
+        down = behind_travels(program, start, safety.close_lines, safety.open_lines)
+    state, later = replay(program, down), replay(program, furthest)
     axis = safety.build_axis
-    if state.shifts != later.shifts:
+    if replay(program, start).shifts != max(later.shifts, state.shifts):
         raise ResumeError(
             f"{program.name}: a G92 or homing behind line {program.acknowledged_line(start)} moves the "
             "origin, so the printer's coordinates are in doubt: this job cannot be resumed."
@@ -144,10 +149,10 @@ def plan_resume(
             f"{number(height_mm)} out. If the nozzle was moved by hand, or the motors let go, "
             "switch the printer off and on first."
         )
-    found = _find_position(safety, target, height_mm, doubt) if doubt else []
-    origins = _origins(state, target, found, doubt)
     top = highest(program, furthest, axis, safety.close_lines, safety.open_lines)
     safe = max(target[axis], target[axis] if top is None else top) + safety.lift_mm
+    found = _find_position(safety, target, height_mm, doubt, safe) if doubt else []
+    origins = _origins(state, target, found, doubt)
     primed = _to_prime(program, acknowledged, entry, state, safety)
     before = [
         *(line for line in safety.close_lines if not extrusion(line)),
@@ -163,7 +168,7 @@ def plan_resume(
     ]
     commands = tuple(command for line in before if (command := clean(line)))
     text = (*where_it_goes_on(program, entry, start), *way(target, axis, safe, doubt))
-    return ResumePlan(start, commands, text)
+    return ResumePlan(down, commands, text)
 
 
 def _doubt(
@@ -200,9 +205,12 @@ def _where(reported: dict[str, float] | None, axis: str) -> str:
 
 
 def _find_position(
-    safety: Safety, target: dict[str, float], height_mm: float | None, doubt: str
+    safety: Safety, target: dict[str, float], height_mm: float | None, doubt: str, safe: float
 ) -> list[str]:
-    """Home what the profile calls safe over a standing print, and make sure that it finds every axis."""
+    """Home what the profile calls safe over a standing print, and make sure that it finds every axis.
+
+    Homing crosses the print, so that with a known height the nozzle rises to ``safe`` first.
+    """
     axis, homed = safety.build_axis, _homed(safety.home_lines)
     if axis in homed and not safety.build_axis_homes_up:
         raise ResumeError(
@@ -225,7 +233,10 @@ def _find_position(
             f"{doubt}, so its position is unknown, and the profile's homing lines "
             f"{list(safety.home_lines)} do not find {', '.join(sorted(missing))}: add to resume_home_lines."
         )
-    raised = [] if height_mm is None else [f"G92 {axis}{number(height_mm + safety.lift_mm)}"]
+    raised = []
+    if height_mm is not None:
+        now = height_mm + safety.lift_mm
+        raised = [f"G92 {axis}{number(now)}", *to_place({axis: max(now, safe)}, {}, safety.lift_speed_mm_s)]
     return [*raised, *safety.home_lines, "G90"]
 
 

@@ -79,6 +79,15 @@ class NozzleBody(NamedTuple):
         """Whether this is the nozzle of the source paper, which has no body at all."""
         return self.half_width == 0.0
 
+    def beside(self, height_mm: float) -> float:
+        """How far from the axis material that stands so much higher than the tip is out of the way, in mm."""
+        deep = height_mm - self.press
+        if self.is_point or deep <= 0:
+            return 0.0
+        core = self.half_width + self.flank * min(height_mm, self.length + self.press)
+        core -= self.press * math.hypot(1.0, self.flank)
+        return max(0.0, core, self.shoulder - self.press if deep > self.length else 0.0)
+
 
 POINT = NozzleBody(0.0, 0.0, math.inf, 0.0, 0.0)
 """The nozzle of the source paper."""

@@ -249,7 +249,7 @@ def slice_grid(
     plan = routed(sheet, lines, result, profile)
     step("building")
     tile = lines.tile[result.order]
-    made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
+    made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile, problem.body)
     # The same search of an order that the result came out of, but for its method: what it is compared with.
     simple = sequence.solve(problem, method="greedy", objective=objective)
     greedy_plan, greedy_made = laid_out(sheet, lines, simple, profile)
@@ -294,7 +294,8 @@ def laid_out(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> tup
     """Routes and moves of a sequence, whether the machine reaches them or not: for comparisons."""
     plan = routed(sheet, lines, result, profile)
     tile = lines.tile[result.order]
-    return plan, program.lay_out(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+    spacing = sheet.spacing_mm[tile[:, 1], tile[:, 0]]
+    return plan, program.lay_out(plan, profile, spacing, body_of(profile, spacing))
 
 
 def pressing_of(made: program.Program, profile: Profile) -> Pressing | None:

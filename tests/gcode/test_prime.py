@@ -2,16 +2,19 @@
 
 import numpy as np
 import pytest
+from making import make_grid, make_plan
 from making import make_program as made
 
 import profiles
 from dialect.reader import checksum
+from gcode import program
 from gcode.check import check
 from gcode.emit import emit
 from gcode.errors import BuildVolumeError
 from gcode.moves import Kind
 from gcode.parse import parse
 from slicer import generate
+from slicer.nozzle import NozzleBody
 
 GRID = generate.random_walk(3, 2, seed=4, tile_mm=5.0, spacing_mm=0.4)
 
@@ -119,3 +122,26 @@ def test_a_first_line_that_the_profile_does_not_have_is_one_of_the_sheet(changed
     assert "stray" in {
         violation.kind for violation in check(list(parse(stripped(text))), machine, GRID).violations
     }
+
+
+def test_a_thick_prime_line_leaves_room_for_the_body_beside_a_thin_first_toolpath():
+    sheet = make_grid([[0.0, 0.0]], tile=(5.0, 5.0))
+    sheet.spacing_mm[0] = 0.2, 2.0
+    plan, spacing, tile = make_plan(sheet)
+    profile = profiles.load(
+        "marlin-generic", ["motion.prime_mm=3", "motion.prime_gap_mm=1", "machine.offset_mm=60"]
+    )
+    left = float(plan.toolpaths[:, :, 0].min()) + 60
+    lowest = float(plan.toolpaths[:, :, 1].min()) + program.build(plan, profile, spacing, tile).shift_mm[1]
+    higher = spacing.max() / 2 - lowest
+    assert higher > 0.3
+
+    def gap(body):
+        moves = program.build(plan, profile, spacing, tile, body).moves
+        return left - next(move.x_mm for move in moves if move.kind is Kind.EXTRUDE)
+
+    assert gap(None) == gap(NozzleBody.of(0.0)) == gap(NozzleBody.of(1.0)) == pytest.approx(1.0)
+    assert gap(NozzleBody.of(20.0)) == pytest.approx(10.0)
+    assert gap(NozzleBody.of(20.0, 45.0, press_mm=0.1)) == pytest.approx(10 + higher - 0.1 * np.sqrt(2))
+    assert gap(NozzleBody.of(20.0, press_mm=5.0)) == pytest.approx(1.0)  # that much may be pressed
+    assert gap(NozzleBody.of(1.0, 0.0, 0.2, 40.0)) == pytest.approx(20.0)

@@ -337,7 +337,7 @@ def test_going_back_again_does_not_forget_how_high_the_print_is_nor_go_further_b
     high = program.lines[program.toolpaths[240]]
     again = replace(entry(program, start), resumed_line=start, furthest_line=high)
     plan = plan_resume(program, again, SAFETY, rebooted=False)
-    assert plan.start_at == program.toolpaths[3]
+    assert plan.start_at == program.toolpaths[3] + 1  # behind the travel to it
     top = highest(program, len(program), "Z")
     assert f"G0 Z{number(top + SAFETY.lift_mm)} F600" in plan.before
 
@@ -362,6 +362,36 @@ def test_it_says_truly_what_is_printed_again():
     again = words(starts[30], "stopped", furthest_line=first + 4, resumed_line=first - 1)
     assert f"up to line {first + 4}, job stopped again after it had gone back to line {first}" in again[0]
     assert "Going on at line" in again[1]
+
+
+@pytest.mark.parametrize("ended", ["", "stopped"])
+@pytest.mark.parametrize("valve_only", [False, True])
+def test_the_nozzle_comes_down_where_the_toolpath_begins_and_not_where_the_last_one_ended(ended, valve_only):
+    """There what is printed of the toolpath already may stand in the way of the nozzle's body."""
+    lines = ["G90", "M83"]
+    for k in range(40):
+        lines += [f";TOOLPATH {k}", f"G0 X{k} Z{k + 5}", f"G0 X{k + 0.5} Z{k + 1}"]
+        lines += ["M42 P4 S255", f"G1 X{k + 3} Z{k + 2}" + ("" if valve_only else " E1"), "M42 P4 S0"]
+    program = make_program(lines)
+    safety = replace(SAFETY, open_lines=("M42 P4 S255",), close_lines=("M42 P4 S0",))
+    for acknowledged in (150, 152, 153, 154, 155):
+        plan = plan_resume(program, entry(program, acknowledged, ended), safety, rebooted=False)
+        k = int(program.commands[plan.start_at + 1].split()[1][1:]) - 3
+        assert program.commands[plan.start_at] == "M42 P4 S255"
+        across, down = (
+            line
+            for line in plan.before
+            if line.startswith("G0 X") or (line.startswith("G0 Z") and line.split()[1] == f"Z{k + 1}")
+        )
+        assert (across.split()[1], down.split()[1]) == (f"X{k + 0.5}", f"Z{k + 1}")
+
+
+def test_homing_over_a_print_comes_after_rising_above_all_of_it():
+    program = sheet()
+    before = plan_resume(program, entry(program, 400), SAFETY, rebooted=True, height_mm=1.0).before
+    top = highest(program, program.index_of_line(400), "Z")
+    rises = [float(line.split()[1][1:]) for line in before[: before.index("G28 X Y")] if line[:4] == "G0 Z"]
+    assert max(rises) >= top + SAFETY.lift_mm
 
 
 def test_what_cannot_lay_material_is_journaled_as_nothing(tmp_path, monkeypatch):
