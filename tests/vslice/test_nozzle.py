@@ -81,7 +81,7 @@ def test_the_planner_gets_the_body_of_the_profile():
 
 def test_nozzles_are_compared_and_the_widest_is_found(run):
     write(VALLEY)
-    code, out, err = run("nozzles", "grid.json", "--only", "18G,32G", "--json", "--plot", "a.svg")
+    code, out, _ = run("nozzles", "grid.json", "--only", "18G,32G", "--json", "--plot", "a.svg")
     assert code == 0
     said = json.loads(out)
     wide, narrow = said["nozzles"]
