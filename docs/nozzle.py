@@ -33,7 +33,7 @@ WIDE_IN, HIGH_IN = 8.2, 4.2
 def line(x: float, y: float, tilt_deg: float, length_mm: float) -> NDArray[np.float64]:
     """float64 (2, 2), a toolpath from its lower end."""
     step = length_mm * np.array([np.cos(np.radians(tilt_deg)), np.sin(np.radians(tilt_deg))])
-    return np.array([[x, y], [x + step[0], y + step[1]]])
+    return np.array([(x, y), (x + step[0], y + step[1])])
 
 
 def deepest(

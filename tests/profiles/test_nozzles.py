@@ -1,5 +1,7 @@
 """Nozzles by name: what is known of them, and what a name does to a profile."""
 
+import math
+
 import pytest
 
 import profiles
@@ -16,6 +18,8 @@ def test_needles_get_narrower_with_their_gauge_and_have_a_bore():
         assert 0 < nozzle.bore_mm < nozzle.tip_width_mm < nozzle.shoulder_width_mm
         assert nozzle.source
         assert nozzle.what
+        half = nozzle.tip_width_mm / 2 + 2.0 * math.tan(math.radians(nozzle.cone_deg))
+        assert half >= 4.04 or not nozzle.name.startswith("brass"), "a hexagon of 7 mm, 2 mm above the tip"
 
 
 @pytest.mark.parametrize("name", known_nozzles())
