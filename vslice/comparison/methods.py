@@ -205,7 +205,7 @@ def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float
     spacing = (
         np.full(problem.n, profile.material.width_mm) if spacing_mm is None else spacing_mm[result.order]
     )
-    return plan.routed_mm, program.lay_out(plan, profile, spacing).times.travel_s
+    return plan.routed_mm, program.lay_out(plan, profile, spacing, problem.body).times.travel_s
 
 
 def _row(
