@@ -43,6 +43,7 @@ class Report:
         extrusions: how many of them laid material.
         printed_mm, travel_mm: length of what laid material and of what did not, once it had begun.
         pressing: how deep the printed pushes into the nozzle's body; None where that is a point.
+        joins: over how many hops the bead went on from one hatch line to the next; 0 without a grid.
     """
 
     violations: list[Violation]
@@ -51,6 +52,7 @@ class Report:
     printed_mm: float
     travel_mm: float
     pressing: Pressing | None
+    joins: int = 0
 
 
 def check_file(path: Path, profile: Profile, grid: "Grid | None" = None) -> Report:
@@ -89,11 +91,13 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
     allowed_mm = press_mm(profile.nozzle, _bead_heights(moves, profile, grid))
     driven, pressing = check_nozzle(laid, profile.nozzle, allowed_mm, RESOLUTION_MM)
     violations += driven
+    joins = 0
     if grid is not None:
         drawn = [stroke for stroke in laid if stroke.prints and stroke.line not in primes]
-        differing, exact = compare_with_hatch(drawn, grid, _shift(moves))
+        compared = compare_with_hatch(drawn, grid, _shift(moves), _join_mm(profile, grid))
+        joins = len(compared.joins)
         said = {violation.line for violation in violations if violation.kind == "printability"}
-        violations += differing + [v for v in _out_of_order(exact) if v.line not in said]
+        violations += compared.violations + [v for v in _out_of_order(compared.exact) if v.line not in said]
     violations.sort(key=lambda violation: violation.line or math.inf)
     lengths = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
     prints = np.array([stroke.prints and stroke.line not in primes for stroke in laid], np.bool_)
@@ -104,7 +108,9 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
         travel = float(lengths[inside & ~prints].sum())
     else:
         travel = 0.0
-    return Report(violations, len(moves), int(prints.sum()), float(lengths[prints].sum()), travel, pressing)
+    return Report(
+        violations, len(moves), int(prints.sum()), float(lengths[prints].sum()), travel, pressing, joins
+    )
 
 
 def _collisions(laid: list[Stroke], segments: NDArray[np.float64], same_x: float) -> list[Violation]:
@@ -223,6 +229,13 @@ def _plane(laid: list[Stroke]) -> list[Violation]:
             text = f"extrudes at {s.depth:.3f} across the sheet, which stands at {sheet:.3f}"
             found.append(Violation(s.line, "plane", text))
     return found
+
+
+def _join_mm(profile: Profile, grid: "Grid") -> float:
+    """The longest hop over which a bead goes on, by the least spacing of the sheet."""
+    used = grid.spacing_mm[~np.isnan(grid.angles_deg)]
+    least = float(used.min()) if len(used) else 0.0
+    return max(profile.motion.join_mm, profile.motion.join_spacings * least)
 
 
 def _only_spacing(grid: "Grid | None") -> float | None:

@@ -70,23 +70,36 @@ def goes_on(a: Stroke, b: Stroke) -> bool:
     return ax * bx + ay * by > 0 and abs(ax * by - ay * bx) / length <= STRAIGHT_MM
 
 
+class Compared(NamedTuple):
+    """What a comparison with the hatch of a grid found.
+
+    Attributes:
+        violations: what is wrong.
+        exact: float64 (n, 5), the hatch lines in the order in which they were drawn, as exact as the grid
+            gives them: from (x, y) to (x, y) and the program line.
+        joins: program lines of the hops over which the bead goes on from one hatch line to the next.
+    """
+
+    violations: list[Violation]
+    exact: NDArray[np.float64]
+    joins: set[int]
+
+
 def compare_with_hatch(
-    drawn: list[Stroke], grid: "Grid", shift_mm: tuple[float, float] | None
-) -> tuple[list[Violation], NDArray[np.float64]]:
+    drawn: list[Stroke], grid: "Grid", shift_mm: tuple[float, float] | None, join_mm: float = 0.0
+) -> Compared:
     """Every hatch line of the grid must be drawn once, and nothing else; and the lines must fill the tiles.
 
     A hatch line may be drawn in one movement, in several that go straight on, or in pieces at different
     times, as a nozzle with a body needs it; pieces may overlap. That the hatch itself leaves nothing out is
-    tested by the area of each tile, see ``coverage``.
+    tested by the area of each tile, see ``coverage``. Between two hatch lines, or pieces, that follow one
+    another the bead may go on over a short hop.
 
     Args:
         drawn: the movements that lay material.
         shift_mm: what lies between sheet and machine; where it is None, the lower left corners of all
             that is drawn and of all that should be are laid on each other.
-
-    Returns:
-        What is wrong, and the hatch lines in the order in which they were drawn, as exact as the grid
-        gives them: float64 (n, 5), from (x, y) to (x, y) and the program line.
+        join_mm: the longest such hop.
     """
     from gcode.coverage import shortfalls
     from gcode.pieces import pieces_of
@@ -119,10 +132,14 @@ def compare_with_hatch(
         part = "" if open_mm > np.hypot(x1 - x0, y1 - y0) - MATCH_MM else f" on {open_mm:.3f} mm of it"
         text = f"tile ({col}, {row}): its hatch line {which} is not printed{part}"
         out.append(Violation(0, "missing", text))
+    strange = {stroke.line for k, stroke in enumerate(unused) if pieces.owner[k] < 0}
+    joins = _joins(drawn, strange, join_mm)
     part_of = {k: in_pieces[of] for k, of in enumerate(pieces.owner.tolist()) if of >= 0}
-    out += _superfluous(unused, part_of, pieces.again, target, wanted, grid.source)
+    extra = [k for k in range(len(unused)) if pieces.again[k] or unused[k].line in strange - joins]
+    out += _superfluous(unused, extra, part_of, target, wanted, grid.source)
     said = set(map(tuple, wanted.tile[missing].tolist()))
-    for short in shortfalls(lines - shift, grid):
+    hops = np.array([stroke.line in joins for stroke in drawn], np.bool_)
+    for short in shortfalls(lines[~hops] - shift, grid):
         if (short.col, short.row) not in said:
             x, y = short.x_mm + shift[0], short.y_mm + shift[1]
             text = (
@@ -134,13 +151,30 @@ def compare_with_hatch(
     line = np.array([s.line for s in [*drawn, *rest]], np.float64)[owner[owner >= 0]]
     exact = np.column_stack([target[owner >= 0].reshape(-1, 4), line]).astype(np.float64)
     exact = np.concatenate([exact, pieces.exact])
-    return out, exact[np.argsort(exact[:, 4], kind="stable")]
+    return Compared(out, exact[np.argsort(exact[:, 4], kind="stable")], joins)
+
+
+def _joins(drawn: list[Stroke], strange: set[int], join_mm: float) -> set[int]:
+    """Of the strokes on no hatch line, those that lead from one that is straight to the next."""
+    found = set()
+    for before, stroke, after in zip(drawn, drawn[1:], drawn[2:], strict=False):
+        if stroke.line not in strange or {before.line, after.line} & strange:
+            continue
+        meets = _apart(before.x1, before.y1, stroke.x0, stroke.y0) <= ROUNDING_MM
+        meets &= _apart(stroke.x1, stroke.y1, after.x0, after.y0) <= ROUNDING_MM
+        if meets and np.hypot(stroke.x1 - stroke.x0, stroke.y1 - stroke.y0) <= join_mm + 2 * ROUNDING_MM:
+            found.add(stroke.line)
+    return found
+
+
+def _apart(x0: float, y0: float, x1: float, y1: float) -> float:
+    return max(abs(x1 - x0), abs(y1 - y0))
 
 
 def _superfluous(
     unused: list[Stroke],
+    extra: list[int],
     part_of: dict[int, int],
-    again: NDArray[np.bool_],
     target: NDArray[np.float64],
     wanted: "Hatch",
     source: str,
@@ -149,10 +183,9 @@ def _superfluous(
 
     Args:
         unused: strokes that print no whole hatch line first.
+        extra: the places among them of what is too much.
         part_of: of some of them, by their place, the hatch line that they are pieces of.
-        again: bool (s,), whether other pieces print all of a piece, too.
     """
-    extra = [k for k in range(len(unused)) if k not in part_of or again[k]]
     i, j, _ = _near(_ends([unused[k] for k in extra]), target)
     whole = dict(zip(i.astype(int).tolist(), j.astype(int).tolist(), strict=True))
     out = []

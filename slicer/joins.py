@@ -7,6 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 from slicer import precedence
 from slicer.nozzle import NozzleBody
 
+ALONG_MM = 0.02
+"""A hop whose ends and middle are no farther from one toolpath runs along it."""
+
 
 def joinable(
     segments: NDArray[np.float64], order: ArrayLike, flipped: ArrayLike, body: NozzleBody, join_mm: float
@@ -14,7 +17,7 @@ def joinable(
     """Which hops of a sequence may be extruded as far as what is printed after them goes.
 
     What a hop lays is material like any other: it must not lie above a toolpath that is still to be printed,
-    nor stand in its way, nor cross it. Whether the straight way is free of what is printed before says
+    nor stand in its way, nor cross one, nor be laid along one that has or will have a bead of its own. Whether the straight way is free of what is printed before says
     ``travel.plan``.
 
     Args:
@@ -35,9 +38,7 @@ def joinable(
     hops = np.stack([segments[sequence[:-1], 1 - flip[:-1]], segments[sequence[1:], flip[1:]]], axis=1)
     length = np.hypot(*(hops[:, 1] - hops[:, 0]).T)
     asked = np.flatnonzero((length <= join_mm) & (length > precedence.EPS_MM))
-    lines = shapely.linestrings(hops[asked])
-    crossing, _ = shapely.STRtree(shapely.linestrings(segments)).query(lines, predicate="crosses")
-    asked = np.delete(asked, np.unique(crossing))
+    asked = np.delete(asked, _over_toolpaths(segments, hops[asked]))
     start, toolpath = precedence.hindered(segments, hops[asked], body)
     place = np.empty(n, np.int64)
     place[sequence] = np.arange(n)
@@ -45,3 +46,13 @@ def joinable(
     out[asked + 1] = True
     out[hop[place[toolpath] > hop] + 1] = False
     return out
+
+
+def _over_toolpaths(segments: NDArray[np.float64], hops: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The places of the hops (q, 2, 2) that cross a toolpath, or run along one."""
+    lines = shapely.linestrings(segments)
+    tree = shapely.STRtree(lines)
+    crossing, _ = tree.query(shapely.linestrings(hops), predicate="crosses")
+    hop, toolpath = tree.query(shapely.points(hops.mean(axis=1)), predicate="dwithin", distance=ALONG_MM)
+    ends = shapely.distance(shapely.points(hops[hop]), lines[toolpath][:, None])
+    return np.union1d(crossing, hop[(ends <= ALONG_MM).all(axis=1)])

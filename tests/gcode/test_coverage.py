@@ -66,7 +66,7 @@ def test_what_the_old_hatch_lost_is_seen(case, needed, monkeypatch):
     old = Hatch(lost, np.zeros((len(lost), 2), np.int32), 0)
     monkeypatch.setattr("slicer.hatch.hatch", lambda _: old)
     lines = [strokes.Stroke(*line.ravel(), k, k, True, 0.0, 0.0) for k, line in enumerate(lost)]
-    (violation,) = strokes.compare_with_hatch(lines, sheet, (0.0, 0.0))[0]
+    (violation,) = strokes.compare_with_hatch(lines, sheet, (0.0, 0.0)).violations
     assert violation.kind == "missing"
     assert violation.message.startswith("tile (0, 0): ")
     assert "mm are printed where its area needs" in violation.message

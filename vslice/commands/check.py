@@ -77,6 +77,7 @@ def command(
             "extrusions": report.extrusions,
             "printed_mm": round(report.printed_mm, 3),
             "travel_mm": round(report.travel_mm, 3),
+            "joins": report.joins,
             "nozzle": None if report.pressing is None else report.pressing.facts(),
         }
         click.echo(json.dumps(facts, indent=1))
@@ -88,10 +89,11 @@ def command(
     if wrong:
         for note in mismatch(moves, None if sheet is None else sheet.sha256):
             say(note)
+    joins = f", {report.joins} of them joins between hatch lines" if report.joins else ""
     said = "1 violation" if len(wrong) == 1 else f"{len(wrong)} violations" if wrong else "no violations"
     say(
-        f"{program_file}: {said} in {report.extrusions} extrusions ({report.printed_mm:.1f} mm printed, "
-        f"{report.travel_mm:.1f} mm travelled)"
+        f"{program_file}: {said} in {report.extrusions} extrusions{joins} "
+        f"({report.printed_mm:.1f} mm printed, {report.travel_mm:.1f} mm travelled)"
     )
     if report.pressing is not None:
         say(f"nozzle {pressed(report.pressing, profile)}")
