@@ -133,7 +133,7 @@ def test_the_objective_counts_the_travels_that_are_made(segments, body, seed, cl
     oriented = (2 * np.arange(len(order)) + flipped).astype(np.int32)
     plan = travel.plan(chosen, np.arange(len(order)), flipped, clearance_mm=clearance, body=body)
     assert true_cost(problem, Objective("routed", clearance), oriented) == pytest.approx(plan.routed_mm)
-    assert plan.routed_mm >= travel.plan(chosen, np.arange(len(order)), flipped).routed_mm - 1e-6
+    assert plan.routed_mm >= travel.plan(chosen, np.arange(len(order)), flipped).routed_mm - 1e-5
 
 
 def test_leaving_a_lower_end_is_a_hop_but_going_back_over_it_is_not():
@@ -147,7 +147,7 @@ def test_leaving_a_lower_end_is_a_hop_but_going_back_over_it_is_not():
     beyond = np.array([[4.0, 0.0], [3.0, 0.0]])
     plan = travel.plan(np.array([slope, under, beyond]), [0, 1, 2], [False] * 3, body=body)
     _, (_, path) = routes(plan)
-    np.testing.assert_allclose(path, [[-1.5, 0.25], [1.5, 2.0], [2.5, 2.0], [3.0, 0.0]], atol=1e-6)
+    np.testing.assert_allclose(path, [[-1.5, 0.25], [1.5, 2.0], [2.5, 2.0], [4.0, 0.0]], atol=1e-6)
 
 
 def test_a_point_is_what_it_was():
