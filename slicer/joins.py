@@ -17,8 +17,8 @@ def joinable(
     """Which hops of a sequence may be extruded as far as what is printed after them goes.
 
     What a hop lays is material like any other: it must not lie above a toolpath that is still to be printed,
-    nor stand in its way, nor cross one, nor be laid along one that has or will have a bead of its own. Whether the straight way is free of what is printed before says
-    ``travel.plan``.
+    nor stand in its way, nor cross one, nor be laid along one that has or will have a bead of its own. Whether
+    the straight way is free of what is printed before says ``travel.plan``.
 
     Args:
         segments: float64 (n, 2, 2), [endpoint, xy] in mm.
