@@ -13,7 +13,7 @@ from gcode.check import check
 
 SHEET = make_grid([[-45, 30]])
 LINES = make_lines(SHEET)
-PROFILE = profiles.load("marlin-generic")
+PROFILE = profiles.load("paper")
 
 MARLIN = [
     "G2",
@@ -552,14 +552,14 @@ def test_what_slicers_write_before_a_print_passes(command):
 
 def test_the_blocks_of_the_profile_and_what_it_allows_pass():
     for command in ("SET_GCODE_OFFSET Z=0.1", "M92 E500", "M209 S1", "M900 K50"):
-        own = profiles.load("marlin-generic", [f'gcode.start=["{command}", "M109 S200"]'])
+        own = profiles.load("paper", [f'gcode.start=["{command}", "M109 S200"]'])
         assert found(command, FIRST)
         assert found(command, FIRST, own) == []
         assert found(command, MIDDLE, own)
         code = command.split()[0]
-        allowing = profiles.load("marlin-generic", [f'gcode.allowed_commands=["{code}"]'])
+        allowing = profiles.load("paper", [f'gcode.allowed_commands=["{code}"]'])
         assert found(command, FIRST, allowing) == []
-    ending = profiles.load("marlin-generic", ['gcode.end=["M500"]'])
+    ending = profiles.load("paper", ['gcode.end=["M500"]'])
     assert found("M500", len(LINES), ending) == []
     assert found("M500", len(LINES))
 
