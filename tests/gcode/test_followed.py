@@ -16,7 +16,7 @@ SHEET = make_grid([[-45, -20], [30, 80]], spacing=0.2)
 
 
 def found(lines, profile="paper", *settings):
-    loaded = profiles.load(str(profile), settings)
+    loaded = profiles.load(str(profile), ["nozzle.tip_width_mm=0", *settings])
     return check(read_lines(lines, loaded.machine.plane), loaded).violations
 
 
@@ -161,7 +161,9 @@ def test_a_valve_template_may_hold_its_own_waits():
 )
 def test_the_check_and_the_sender_read_the_same(name):
     path = CASES / f"{name}.gcode"
-    profile = profiles.load("marlin-syringe" if name == "byte_order_mark" else "paper")
+    profile = profiles.load(
+        "marlin-syringe" if name == "byte_order_mark" else "paper", ["nozzle.tip_width_mm=0"]
+    )
     assert check(read_moves(path), profile).violations == []
     program = read_program(path)
     assert program.commands[0] in ("M140 S60", "G28")
@@ -203,7 +205,7 @@ def test_a_cold_feed_needs_no_heat():
     for profile in ("marlin-syringe", "marlin-pneumatic"):
         lines = make_lines(make_grid([[-45]]), profile)
         assert not any(line.startswith("M109") for line in lines)
-        assert check(read_lines(lines), profiles.load(profile)).violations == []
+        assert check(read_lines(lines), profiles.load(profile, ["nozzle.tip_width_mm=0"])).violations == []
 
 
 @pytest.mark.parametrize(
