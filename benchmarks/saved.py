@@ -20,7 +20,7 @@ from typing import Any
 
 from machine import machine
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[1] / "tests" / "data" / "tissue"
 OBJECTIVES = ("straight", "time")
 HEADINGS = ("sheet", "toolpaths", "objective", "greedy", "vslice", "saved", "gap of what is minimised", "s")
 
@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument(
         "--examples", nargs="*", default=sorted(path.stem for path in EXAMPLES.glob("*.json"))
     )
-    parser.add_argument("--profile", default="marlin-generic")
+    parser.add_argument("--profile", default="paper")
     parser.add_argument("--one", nargs=4, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.one:

@@ -57,7 +57,7 @@ def instances(sizes: list[int], walks: list[tuple[int, int, int]]) -> dict[str, 
     made: dict[str, Callable[[], Problem]] = {}
     for file in sorted((ROOT / "tests" / "data" / "reference").glob("*_s1.json")):
         made[file.stem] = partial(reference, file)
-    for file in sorted((ROOT / "examples").glob("*.json")):
+    for file in sorted((ROOT / "tests" / "data" / "tissue").glob("*.json")):
         made[file.stem] = partial(tissue, file)
     for size in sizes:
         made[f"{size}x{size}"] = partial(walk, size, size, 1)

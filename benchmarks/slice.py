@@ -32,7 +32,7 @@ def measure(size: int) -> dict[str, float]:
 
     # All that compiles or imports is done once on a small sheet before the clock starts.
     profile = profiles.load(
-        "marlin-generic", ["machine.build_volume_mm=[10000.0,10000.0,10000.0]", "machine.offset_mm=10.0"]
+        "paper", ["machine.build_volume_mm=[10000.0,10000.0,10000.0]", "machine.offset_mm=10.0"]
     )
     seconds: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:

@@ -39,7 +39,7 @@ from slicer.sequence.states.corridor import MERGED_STATES
 from vslice.printable import problem_of
 
 ROOT = Path(__file__).parents[1]
-REAL = ROOT / "examples" / "muscle_us_8x8.json"
+REAL = ROOT / "tests" / "data" / "tissue" / "muscle_us_8x8.json"
 STEPS = (0, 5, 10)
 """After so many steps of its ascent the bound is shown."""
 RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")

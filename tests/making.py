@@ -10,6 +10,8 @@ from slicer.grid import Grid
 
 BARE = "motion.prime_mm=0"
 """Programs of the print alone; the line that fills the nozzle has tests of its own (test_prime)."""
+POINT = "nozzle.tip_width_mm=0"
+"""The sheets of these tests are planned for the paper's nozzle; bodies have tests of their own."""
 FACTS = {"version": "test", "method": "greedy"}
 
 
@@ -40,7 +42,7 @@ def _arguments(sheet, profile):
 
 def make_lines(sheet, profile_name="marlin-generic", *settings):
     """The G-code of a sheet, a list of lines."""
-    profile = profiles.load(profile_name, [BARE, *settings])
+    profile = profiles.load(profile_name, [BARE, POINT, *settings])
     return list(emit.emit(make_program(sheet, profile), profile, FACTS))
 
 

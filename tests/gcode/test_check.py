@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fields import grids
 from hypothesis import assume, given, settings
-from making import make_grid, make_lines, read_lines
+from making import POINT, make_grid, make_lines, read_lines
 
 import profiles
 from gcode.check import check
@@ -17,7 +17,7 @@ SHEET = make_grid([[-45, -20], [30, 80]], spacing=0.2)
 
 
 def violations(lines, profile="marlin-generic", grid=None, *settings):
-    loaded = profiles.load(profile, settings)
+    loaded = profiles.load(profile, [POINT, *settings])
     return check(read_lines(lines, loaded.machine.plane), loaded, grid).violations
 
 

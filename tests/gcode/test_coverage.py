@@ -75,7 +75,7 @@ def test_what_the_old_hatch_lost_is_seen(case, needed, monkeypatch):
 def test_a_program_is_measured_in_its_own_place():
     sheet = make_grid([[-30, 20], [60, -80]])
     lines = make_lines(sheet)
-    profile = profiles.load("marlin-generic", ())
+    profile = profiles.load("paper", ())
     assert check(read_lines(lines), profile, sheet).violations == []
 
 

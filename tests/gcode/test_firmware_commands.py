@@ -13,7 +13,7 @@ from gcode.check import check
 
 SHEET = make_grid([[-45, 30]])
 LINES = make_lines(SHEET)
-PROFILE = profiles.load("marlin-generic")
+PROFILE = profiles.load("paper")
 
 MARLIN = [
     "G2",
@@ -552,21 +552,21 @@ def test_what_slicers_write_before_a_print_passes(command):
 
 def test_the_blocks_of_the_profile_and_what_it_allows_pass():
     for command in ("SET_GCODE_OFFSET Z=0.1", "M92 E500", "M209 S1", "M900 K50"):
-        own = profiles.load("marlin-generic", [f'gcode.start=["{command}", "M109 S200"]'])
+        own = profiles.load("paper", [f'gcode.start=["{command}", "M109 S200"]'])
         assert found(command, FIRST)
         assert found(command, FIRST, own) == []
         assert found(command, MIDDLE, own)
         code = command.split()[0]
-        allowing = profiles.load("marlin-generic", [f'gcode.allowed_commands=["{code}"]'])
+        allowing = profiles.load("paper", [f'gcode.allowed_commands=["{code}"]'])
         assert found(command, FIRST, allowing) == []
-    ending = profiles.load("marlin-generic", ['gcode.end=["M500"]'])
+    ending = profiles.load("paper", ['gcode.end=["M500"]'])
     assert found("M500", len(LINES), ending) == []
     assert found("M500", len(LINES))
 
 
 def test_a_part_that_the_profile_leaves_cold_is_not_heated():
     lines = make_lines(SHEET, "marlin-syringe")
-    cold = profiles.load("marlin-syringe")
+    cold = profiles.load("marlin-syringe", ["nozzle.tip_width_mm=0"])
     k = lines.index("G21")
     for command in ("M104 S200", "M140 S37"):
         (violation,) = check(read_lines([*lines[:k], command, *lines[k:]]), cold).violations
@@ -581,7 +581,8 @@ def test_a_cold_program_that_marlin_would_print_nothing_of_is_named(before):
     lines = [line for line in make_lines(SHEET, "marlin-syringe") if line != "M302 P1"]
     k = lines.index("G28")
     (violation,) = check(
-        read_lines([*lines[:k], *before, *lines[k:]]), profiles.load("marlin-syringe")
+        read_lines([*lines[:k], *before, *lines[k:]]),
+        profiles.load("marlin-syringe", ["nozzle.tip_width_mm=0"]),
     ).violations
     assert violation.kind == "command"
     assert "put M302 P1 before it" in violation.message
@@ -589,9 +590,9 @@ def test_a_cold_program_that_marlin_would_print_nothing_of_is_named(before):
 
 def test_a_firmware_that_extrudes_cold_is_told_by_its_profile():
     lines = [line for line in make_lines(SHEET, "marlin-syringe") if not line.startswith("M302")]
-    profile = profiles.load("marlin-syringe", ['gcode.allowed_commands=["M302"]'])
+    profile = profiles.load("marlin-syringe", ["nozzle.tip_width_mm=0", 'gcode.allowed_commands=["M302"]'])
     assert check(read_lines(lines), profile).violations == []
-    warm = profiles.load("marlin-syringe", ["material.nozzle_temperature_c=37"])
+    warm = profiles.load("marlin-syringe", ["nozzle.tip_width_mm=0", "material.nozzle_temperature_c=37"])
     k = lines.index("G28")
     assert check(read_lines([*lines[:k], "M302 S0", "M109 S37", *lines[k:]]), warm).violations == []
     (violation,) = check(read_lines([*lines[:k], "M109 S37", *lines[k:]]), warm).violations

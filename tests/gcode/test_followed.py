@@ -15,12 +15,12 @@ CASES = Path(__file__).parents[1] / "data" / "cases"
 SHEET = make_grid([[-45, -20], [30, 80]], spacing=0.2)
 
 
-def found(lines, profile="marlin-generic", *settings):
-    loaded = profiles.load(str(profile), settings)
+def found(lines, profile="paper", *settings):
+    loaded = profiles.load(str(profile), ["nozzle.tip_width_mm=0", *settings])
     return check(read_lines(lines, loaded.machine.plane), loaded).violations
 
 
-def inserted(line, profile="marlin-generic", *settings, where=0.5):
+def inserted(line, profile="paper", *settings, where=0.5):
     lines = make_lines(SHEET, str(profile), *settings)
     at = [k for k, text in enumerate(lines) if text.startswith(";TOOLPATH")]
     k = at[int(len(at) * where)] if where < 1 else len(lines)
@@ -57,14 +57,14 @@ def test_what_is_followed_may_stand_in_the_middle(command):
 def test_a_profile_may_allow_more_by_name():
     lines = inserted("M900 K0.05\nPAUSE_HERE NOW=1")
     assert {v.kind for v in found(lines)} == {"command"}
-    assert found(lines, "marlin-generic", 'gcode.allowed_commands=["m900", "PAUSE_HERE"]') == []
+    assert found(lines, "paper", 'gcode.allowed_commands=["m900", "PAUSE_HERE"]') == []
 
 
 @pytest.mark.parametrize("command", ["G28 Z", "G28"])
 def test_homing_down_into_the_sheet_that_stands_is_named(command):
     (violation,) = found(inserted(command, where=1))
     assert "into the sheet that stands" in violation.message
-    assert found(inserted(command, where=1), "marlin-generic", "printer.build_axis_homes_up=true") == []
+    assert found(inserted(command, where=1), "paper", "printer.build_axis_homes_up=true") == []
     assert found(inserted("G28 X Y", where=1)) == []
 
 
@@ -84,7 +84,7 @@ def test_homing_down_into_the_sheet_that_stands_is_named(command):
     ],
 )
 def test_probing_down_into_the_sheet_that_stands_is_named_wherever_the_axis_homes(command, up):
-    (violation,) = found(inserted(command, where=1), "marlin-generic", f"printer.build_axis_homes_up={up}")
+    (violation,) = found(inserted(command, where=1), "paper", f"printer.build_axis_homes_up={up}")
     assert "into the sheet that stands" in violation.message
 
 
@@ -161,7 +161,9 @@ def test_a_valve_template_may_hold_its_own_waits():
 )
 def test_the_check_and_the_sender_read_the_same(name):
     path = CASES / f"{name}.gcode"
-    profile = profiles.load("marlin-syringe" if name == "byte_order_mark" else "marlin-generic")
+    profile = profiles.load(
+        "marlin-syringe" if name == "byte_order_mark" else "paper", ["nozzle.tip_width_mm=0"]
+    )
     assert check(read_moves(path), profile).violations == []
     program = read_program(path)
     assert program.commands[0] in ("M140 S60", "G28")
@@ -174,7 +176,7 @@ def test_the_check_and_the_sender_read_the_same(name):
 
 def test_no_command_is_named_without_a_print():
     moves = read_lines(["M600", "G28 Z"])
-    assert check_commands(moves, [False] * len(moves), profiles.load("marlin-generic")) == []
+    assert check_commands(moves, [False] * len(moves), profiles.load("paper")) == []
 
 
 @pytest.mark.parametrize(
@@ -194,7 +196,7 @@ def test_no_command_is_named_without_a_print():
 def test_the_nozzle_is_hot_at_the_first_extrusion(heating, words):
     lines = [line for line in make_lines(make_grid([[-45]])) if not line.startswith(("M104 S2", "M109"))]
     k = lines.index("G21")
-    found = check(read_lines([*lines[:k], *heating, *lines[k:]]), profiles.load("marlin-generic")).violations
+    found = check(read_lines([*lines[:k], *heating, *lines[k:]]), profiles.load("paper")).violations
     assert [violation.kind for violation in found] == ([] if words is None else ["command"])
     assert words is None or words in found[0].message
 
@@ -203,7 +205,7 @@ def test_a_cold_feed_needs_no_heat():
     for profile in ("marlin-syringe", "marlin-pneumatic"):
         lines = make_lines(make_grid([[-45]]), profile)
         assert not any(line.startswith("M109") for line in lines)
-        assert check(read_lines(lines), profiles.load(profile)).violations == []
+        assert check(read_lines(lines), profiles.load(profile, ["nozzle.tip_width_mm=0"])).violations == []
 
 
 @pytest.mark.parametrize(
@@ -212,7 +214,7 @@ def test_a_cold_feed_needs_no_heat():
 def test_what_changes_scale_flow_or_place_is_named_before_the_print_too(command):
     lines = make_lines(make_grid([[-45]]))
     k = lines.index("G21")
-    found = check(read_lines([*lines[:k], command, *lines[k:]]), profiles.load("marlin-generic")).violations
+    found = check(read_lines([*lines[:k], command, *lines[k:]]), profiles.load("paper")).violations
     assert [violation.kind for violation in found] == ["command"]
 
 

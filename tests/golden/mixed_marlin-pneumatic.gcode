@@ -176,11 +176,11 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.06
 ; motion.valve_close_s = 0.04
-; nozzle.name = ""
+; nozzle.name = "22G-25.4"
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 0.0
-; nozzle.length_mm = null
-; nozzle.shoulder_width_mm = 0.0
+; nozzle.length_mm = 25.4
+; nozzle.shoulder_width_mm = 8.0
 ; nozzle.press_mm = null
 ; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M302 P1", "M107", "G28"]
@@ -200,4 +200,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:096abc62c652a18ca5b54decf6174d929fb854efbe4f7f5e7b5847a689a069c4
+; vslice profile end sha256:7823a2e1fb526ee9521a9cce5e6982a86cd6dad663b5d7931d84e4d2b0d69644

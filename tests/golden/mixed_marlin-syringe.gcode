@@ -119,11 +119,11 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
-; nozzle.name = ""
+; nozzle.name = "22G-25.4"
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 0.0
-; nozzle.length_mm = null
-; nozzle.shoulder_width_mm = 0.0
+; nozzle.length_mm = 25.4
+; nozzle.shoulder_width_mm = 8.0
 ; nozzle.press_mm = null
 ; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M302 P1", "G28"]
@@ -143,4 +143,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:655ff7040586144b60c2c2eb675b6d0cc8e50a486bfb1bc7ea652372031c4cab
+; vslice profile end sha256:f6b9869cb69d59b1e37e45823c2a016f37a0bdbd6f6dd167d186cd66170d06f0

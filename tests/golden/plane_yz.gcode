@@ -89,11 +89,11 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
-; nozzle.name = ""
+; nozzle.name = "brass-0.4"
 ; nozzle.tip_width_mm = 0.0
-; nozzle.cone_deg = 0.0
-; nozzle.length_mm = null
-; nozzle.shoulder_width_mm = 0.0
+; nozzle.cone_deg = 60.6
+; nozzle.length_mm = 5.0
+; nozzle.shoulder_width_mm = 23.0
 ; nozzle.press_mm = null
 ; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M140 S{bed_temperature_c}", "M104 S{nozzle_temperature_c}", "G28", "M190 S{bed_temperature_c}", "M109 S{nozzle_temperature_c}"]
@@ -113,4 +113,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:f7836f9225502d282a4a25805916f11fe50524a186b4b4920a19ac0c7c0a3ec7
+; vslice profile end sha256:8adedb0cf4604bf0d9386386492f0c37a414afec7930cee4d73ad21813ddb606

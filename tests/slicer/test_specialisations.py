@@ -16,7 +16,7 @@ from slicer.kernels import inner_kernel, kernel, widest
 from slicer.sequence import Problem, solve
 from slicer.sequence.problem import Objective
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "tests" / "data" / "tissue").glob("*.json"))
 
 
 @inner_kernel

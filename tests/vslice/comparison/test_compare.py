@@ -252,7 +252,7 @@ def test_what_was_minimised_and_its_bound_stand_in_its_own_unit(run):
 
 
 def test_travel_time_is_that_of_the_table_of_slice(run):
-    sheet = Path(__file__).parents[3] / "examples" / "muscle_us_8x8.json"
+    sheet = Path(__file__).parents[3] / "tests" / "data" / "tissue" / "muscle_us_8x8.json"
     said = run(sheet, "-o", "x.gcode", "--method", "greedy", "--objective", "straight")[2]
     out = run("compare", sheet, "--methods", "greedy", "-o", "table.json")
     assert out[0] == 0
