@@ -17,7 +17,7 @@ def joinable(
     """Which hops of a sequence may be extruded as far as what is printed after them goes.
 
     What a hop lays is material like any other: it must not lie above a toolpath that is still to be printed,
-    nor stand in its way, nor cross one, nor be laid along one that has or will have a bead of its own. Whether
+    nor stand in its way, nor cross one, nor be laid along one that has a bead of its own. Whether
     the straight way is free of what is printed before says ``travel.plan``.
 
     Args:
