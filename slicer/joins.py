@@ -12,7 +12,12 @@ ALONG_MM = 0.02
 
 
 def joinable(
-    segments: NDArray[np.float64], order: ArrayLike, flipped: ArrayLike, body: NozzleBody, join_mm: float
+    segments: NDArray[np.float64],
+    order: ArrayLike,
+    flipped: ArrayLike,
+    body: NozzleBody,
+    join_mm: float,
+    ends: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.bool_]:
     """Which hops of a sequence may be extruded as far as what is printed after them goes.
 
@@ -26,6 +31,8 @@ def joinable(
         flipped: bool (n,), whether the k-th is printed from its second endpoint.
         body: the nozzle.
         join_mm: no longer hop is extruded; 0 for none.
+        ends: bool (n, 2), whether endpoint [1] of toolpath [0] is an end of the fibre. A cut within one is
+            none: hops from piece to piece of neighbours would fill the room between them. None where all are.
 
     Returns:
         bool (n,): whether the hop to the k-th may be; never to the first.
@@ -37,7 +44,10 @@ def joinable(
         return out
     hops = np.stack([segments[sequence[:-1], 1 - flip[:-1]], segments[sequence[1:], flip[1:]]], axis=1)
     length = np.hypot(*(hops[:, 1] - hops[:, 0]).T)
-    asked = np.flatnonzero((length <= join_mm) & (length > precedence.EPS_MM))
+    short = (length <= join_mm) & (length > precedence.EPS_MM)
+    if ends is not None:
+        short &= ends[sequence[:-1], 1 - flip[:-1]] & ends[sequence[1:], flip[1:]]
+    asked = np.flatnonzero(short)
     asked = np.delete(asked, _over_toolpaths(segments, hops[asked]))
     start, toolpath = precedence.hindered(segments, hops[asked], body)
     place = np.empty(n, np.int64)

@@ -71,6 +71,7 @@ def plan(
     clearance_mm: float = 0.0,
     body: NozzleBody = POINT,
     join_mm: float = 0.0,
+    ends: NDArray[np.bool_] | None = None,
 ) -> Plan:
     """Route every travel of a printable sequence.
 
@@ -89,6 +90,7 @@ def plan(
         flipped: bool (n,), whether the k-th is printed from its second endpoint.
         body: the nozzle, under which the sequence is printable.
         join_mm: the longest hop that is extruded; 0 for none.
+        ends: see ``joins.joinable``.
 
     Raises:
         SlicerError: a negative clearance.
@@ -105,7 +107,7 @@ def plan(
     if join_mm > 0:
         from slicer.joins import joinable
 
-        may_join = joinable(segments, sequence, flip, body, join_mm)
+        may_join = joinable(segments, sequence, flip, body, join_mm, ends)
     # Of a point nozzle the room is never too small: joins take as much again.
     doublings, routed = int(may_join.any()), NO_ROOM
     while routed < 0:

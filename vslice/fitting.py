@@ -110,9 +110,9 @@ def fit(sheet: Grid, lines: Hatch, profile: Profile, name: str, method: str) -> 
     except SlicerError:  # no number of cuts is enough
         return found
     pieces = shaped.lines
-    objective = objective_of(profile, "time", join_mm(profile, spacing))
+    objective = objective_of(profile, "time", shaped.counted_join_mm(join_mm(profile, spacing)))
     result = sequence.solve(shaped.problem, method=method, objective=objective)
-    _, made = laid_out(sheet, pieces, result, profile)
+    _, made = laid_out(sheet, shaped, result, profile)
     pressing = pressing_of(made, profile)
     deepest = None if pressing is None else pressing.deepest
     return Fit(

@@ -234,7 +234,7 @@ def slice_grid(
     shaped = printable(sheet.source, lines, search.start, body, downhill, search.conflicts)
     lines, problem = shaped.lines, shaped.problem
     join = join_mm(profile, spacing)
-    objective = objective_of(profile, objective_name(search.objective), join)
+    objective = objective_of(profile, objective_name(search.objective), shaped.counted_join_mm(join))
     result = sequence.solve(
         problem,
         method=search.method,
@@ -246,13 +246,13 @@ def slice_grid(
         progress=progress,
     )
     step("routing")
-    plan = routed(sheet, lines, result, profile)
+    plan = routed(sheet, shaped, result, profile)
     step("building")
     tile = lines.tile[result.order]
     made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile, problem.body)
     # The same search of an order that the result came out of, but for its method: what it is compared with.
     simple = sequence.solve(problem, method="greedy", objective=objective)
-    greedy_plan, greedy_made = laid_out(sheet, lines, simple, profile)
+    greedy_plan, greedy_made = laid_out(sheet, shaped, simple, profile)
     greedy = _in_its_unit(result.objective, greedy_plan, greedy_made)
     facts = {
         "version": __version__,
@@ -277,8 +277,9 @@ def slice_grid(
     return Sliced(sheet, shaped, hatched_lines, result, plan, made, profile, facts, greedy, pressing, hangs)
 
 
-def routed(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> Plan:
+def routed(sheet: Grid, shaped: Printable, result: Result, profile: Profile) -> Plan:
     """The routes of a sequence under a machine and its nozzle."""
+    lines = shaped.lines
     spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
     return travel.plan(
         lines.segments,
@@ -287,13 +288,16 @@ def routed(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> Plan:
         clearance_mm=profile.motion.clearance_mm,
         body=body_of(profile, spacing),
         join_mm=join_mm(profile, spacing),
+        ends=shaped.ends,
     )
 
 
-def laid_out(sheet: Grid, lines: Hatch, result: Result, profile: Profile) -> tuple[Plan, program.Program]:
+def laid_out(
+    sheet: Grid, shaped: Printable, result: Result, profile: Profile
+) -> tuple[Plan, program.Program]:
     """Routes and moves of a sequence, whether the machine reaches them or not: for comparisons."""
-    plan = routed(sheet, lines, result, profile)
-    tile = lines.tile[result.order]
+    plan = routed(sheet, shaped, result, profile)
+    tile = shaped.lines.tile[result.order]
     spacing = sheet.spacing_mm[tile[:, 1], tile[:, 0]]
     return plan, program.lay_out(plan, profile, spacing, body_of(profile, spacing))
 

@@ -41,6 +41,17 @@ class Printable:
         """int32 (n,), the hatch line that each is, or is a piece of."""
         return np.arange(len(self.lines.segments), dtype=np.int32) if self.cut is None else self.cut.toolpath
 
+    @property
+    def ends(self) -> NDArray[np.bool_] | None:
+        """bool (n, 2), which endpoints are ends of hatch lines, not cuts within one; None where all are."""
+        return None if self.cut is None else self.cut.ends
+
+    def counted_join_mm(self, join_mm: float) -> float:
+        """Up to which length an objective should count hops as extruded, which cannot tell ends from cuts: not
+        at all where most are cuts.
+        """
+        return join_mm if self.ends is None or self.ends.mean() > 0.5 else 0.0
+
 
 def printable(
     source: str,

@@ -30,11 +30,13 @@ class Cut:
     Attributes:
         segments: float64 (m, 2, 2), [endpoint, xy] in mm: the pieces, each in the direction of its toolpath.
         toolpath: int32 (m,), ascending: which of the given toolpaths each is, or is a piece of.
+        ends: bool (m, 2), whether endpoint [1] of piece [0] is an end of its toolpath, not a cut.
         fewest: no way of printing takes fewer cuts.
     """
 
     segments: NDArray[np.float64]
     toolpath: NDArray[np.int32]
+    ends: NDArray[np.bool_]
     fewest: int
 
     @property
@@ -83,7 +85,8 @@ def cut(segments: NDArray[np.float64], body: NozzleBody, *, least_mm: float | No
     whole = segments[toolpath]
     pieces = whole[:, :1] + spans[:, :, None] * (whole[:, 1:] - whole[:, :1])
     pieces[spans == 1.0] = whole[:, 1][(spans == 1.0)[:, 1]]  # to the last bit, for whole toolpaths too
-    return Cut(np.ascontiguousarray(pieces), np.array(toolpath, np.int32), fewest)
+    ends = spans == np.array([0.0, 1.0])
+    return Cut(np.ascontiguousarray(pieces), np.array(toolpath, np.int32), ends, fewest)
 
 
 def _cut_component(

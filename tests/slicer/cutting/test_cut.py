@@ -53,6 +53,7 @@ def test_pieces_are_the_toolpaths_and_have_an_order(grid, body):
         assert np.array_equal(pieces[0, 0], whole[0])
         assert np.array_equal(pieces[-1, 1], whole[1])
         assert np.allclose(pieces[1:, 0], pieces[:-1, 1], atol=1e-12)
+        assert done.ends[done.toolpath == s].sum() == 2
     later, earlier = np.nonzero(in_the_way(body, done.segments))
     rows = np.concatenate([precedence.covering_edges(done.segments), np.stack([earlier, later], axis=1)])
     assert not in_cycles(len(done.segments), rows.astype(np.int32)).any()
