@@ -47,7 +47,7 @@ class Printable:
         return None if self.cut is None else self.cut.ends
 
     def counted_join_mm(self, join_mm: float) -> float:
-        """Up to which length an objective should count hops as extruded, which cannot tell ends from cuts: not
+        """Up to which length an objective should count hops as extruded, which knows no ends from cuts: not
         at all where most are cuts.
         """
         return join_mm if self.ends is None or self.ends.mean() > 0.5 else 0.0

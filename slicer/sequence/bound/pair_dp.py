@@ -51,7 +51,9 @@ def evaluate(
         most = max(most, 2 * (blocks.move_start[s + 1] - blocks.move_start[s]))
     onward = np.empty(most, np.int64)
     rest = np.empty(most)
-    allowed = blocks.allowed
+    allowed, barred = blocks.allowed, False
+    for u in range(len(allowed)):
+        barred |= not allowed[u]
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
         stride = 2 * blocks.path_start[k + 1] - low
@@ -75,7 +77,7 @@ def evaluate(
             value[at + 1] = min(from_right, from_left + block_costs.cross[k])
             for x in range(at + OUTSIDE, blocks.value_start[s + 1]):
                 u = blocks.value_path[x]
-                if not allowed[low + u]:
+                if barred and not allowed[low + u]:
                     value[x] = np.inf
                     continue
                 best = min(value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u])

@@ -95,7 +95,7 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
 
 
 def _closed_share(section: Section, sets: DownSets, bounds: NDArray[np.int32]) -> float:
-    """Which part of the pairs of down-sets goes together: all for a point, few where columns are tied."""
+    """Which part of the pairs of down-sets goes together: all for a point nozzle, few of tied columns."""
     closed = joint_states(section, sets, bounds)
     if closed is None:
         return 1.0

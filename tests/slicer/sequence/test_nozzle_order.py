@@ -5,6 +5,7 @@ The precedence is not the package's: it is the definition in ``fields``, by shap
 
 import itertools
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from searching import searched
 
+from slicer import grid
 from slicer.errors import CycleError, SequenceError
+from slicer.hatch import hatch
 from slicer.nozzle import NozzleBody
 from slicer.sequence import METHODS, Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
@@ -29,6 +32,7 @@ from slicer.sequence.states.corridor import widest_corridor
 from slicer.sequence.states.downsets import all_down_sets, down_sets
 from slicer.sequence.states.joint_states import joint_states, out_of_reach
 from slicer.sequence.states.section import Section
+from slicer.sequence.states.tied_columns import join_tied_columns
 
 STRAIGHT = Objective()
 TIME = Objective("time", 0.2, (30.0, 50.0, 5.0), (500.0, 500.0, 50.0), fixed_s=0.05, fixed_from_mm=0.3)
@@ -257,6 +261,36 @@ def test_joint_states_are_the_closed_ones(sheet, field, seed, down):
         printed = frozenset().union(*(members[c][int(sets.start[c]) + i] for c, i in enumerate(place)))
         closed = all(a in printed for a, b in ways.tolist() if b in printed)
         assert closed == (True if states is None else bool(states[0][place])), printed
+
+
+@settings(max_examples=40, deadline=None)
+@given(seeds, seeds, st.integers(2, 60))
+def test_joined_columns_have_the_down_sets_that_go_together(sheet, field, seed, most):
+    of = nozzled(sheet(field, 14, 4), seed, 90.0)
+    section = Section.whole(of.problem, STRAIGHT)
+    joined = join_tied_columns(section, most)
+    tied = len(section.ties) > 0
+    assert tied or joined is section
+    assert (np.diff(joined.column[np.argsort(section.column, kind="stable")]) >= 0).all()
+    sets = down_sets(joined, 10**6)
+    for c in range(joined.columns):
+        inside = joined.column == c
+        parts = np.unique(section.column[inside])
+        x = of.problem.segments[inside][:, :, 0]
+        assert joined.extent[c].tolist() == [x.min(), x.max()]
+        if len(parts) > 1:
+            assert sets.counts[c] <= most
+            bounds = np.array([parts[0], parts[-1]], np.int32)
+            together = joint_states(section, down_sets(section, 10**6), bounds)[0].sum()
+            # Where a column holds the first toolpath, nothing else of it can be printed before.
+            assert sets.counts[c] == together or (section.first >= 0 and sets.counts[c] < together)
+
+
+def test_the_proof_of_a_sheet_whose_columns_are_tied():
+    muscle = hatch(grid.read(Path(__file__).parents[3] / "examples" / "muscle_us_8x8.json")).segments
+    result = solve(Problem.build(muscle, body=NozzleBody.of(0.2, press_mm=0.05)))
+    assert result.proved
+    assert result.travel_mm == pytest.approx(83.80900059)
 
 
 STEPS = np.array([[[0.0, 5.0], [0.5, 5.0]], [[1.0, 0.0], [1.5, 0.0]], [[2.0, 1.0], [2.5, 1.0]]])
