@@ -72,6 +72,7 @@ def plan(
     body: NozzleBody = POINT,
     join_mm: float = 0.0,
     ends: NDArray[np.bool_] | None = None,
+    laid: NDArray[np.float64] | None = None,
 ) -> Plan:
     """Route every travel of a printable sequence.
 
@@ -91,6 +92,7 @@ def plan(
         body: the nozzle, under which the sequence is printable.
         join_mm: the longest hop that is extruded; 0 for none.
         ends: see ``joins.joinable``.
+        laid: float (n, 2, 2), the segments as they are laid, where pieces of toolpaths overlap.
 
     Raises:
         SlicerError: a negative clearance.
@@ -98,8 +100,9 @@ def plan(
     if not clearance_mm >= 0:
         raise SlicerError(f"clearance_mm {clearance_mm:g} must be at least 0")
     sequence, flip = np.asarray(order, np.int64), np.asarray(flipped, np.intp)
+    printed = segments if laid is None else laid
     toolpaths = np.ascontiguousarray(
-        np.stack([segments[sequence, flip], segments[sequence, 1 - flip]], axis=1), np.float64
+        np.stack([printed[sequence, flip], printed[sequence, 1 - flip]], axis=1), np.float64
     ).reshape(-1, 2, 2)
     if len(toolpaths) == 0:
         return Plan(toolpaths, sequence, np.empty((0, 2)), np.zeros(1, np.int64), np.empty(0, bool), 0.0, 0.0)
@@ -116,8 +119,8 @@ def plan(
         doublings += 1
     joined = hops == JOINED
     hop_mm = np.hypot(*(toolpaths[1:, 0] - toolpaths[:-1, 1]).T)
-    straight, laid = straight_mm(toolpaths), float(hop_mm[joined[1:]].sum())
-    return Plan(toolpaths, sequence, via, via_start, joined, straight, routed, laid)
+    straight, joined_mm = straight_mm(toolpaths), float(hop_mm[joined[1:]].sum())
+    return Plan(toolpaths, sequence, via, via_start, joined, straight, routed, joined_mm)
 
 
 @kernel

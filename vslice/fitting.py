@@ -106,7 +106,9 @@ def fit(sheet: Grid, lines: Hatch, profile: Profile, name: str, method: str) -> 
         None,
     )
     try:
-        shaped = printable(sheet.source, lines, "corner", body, nozzle.downhill_deg)
+        shaped = printable(
+            sheet.source, lines, "corner", body, nozzle.downhill_deg, overlap_mm=nozzle.overlap_mm
+        )
     except SlicerError:  # no number of cuts is enough
         return found
     pieces = shaped.lines

@@ -20,6 +20,7 @@ from gcode.pressing import Pressing, check_nozzle
 from gcode.strokes import motions
 from profiles import Profile, ProfileError
 from slicer import hatch, sequence, travel
+from slicer.cutting import overlapping
 from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
@@ -231,7 +232,8 @@ def slice_grid(
     body = body_of(profile, spacing)
     hatched_lines = len(lines.segments)
     downhill = profile.nozzle.downhill_deg
-    shaped = printable(sheet.source, lines, search.start, body, downhill, search.conflicts)
+    overlap = profile.nozzle.overlap_mm
+    shaped = printable(sheet.source, lines, search.start, body, downhill, search.conflicts, overlap)
     lines, problem = shaped.lines, shaped.problem
     join = join_mm(profile, spacing)
     objective = objective_of(profile, objective_name(search.objective), shaped.counted_join_mm(join))
@@ -281,14 +283,19 @@ def routed(sheet: Grid, shaped: Printable, result: Result, profile: Profile) -> 
     """The routes of a sequence under a machine and its nozzle."""
     lines = shaped.lines
     spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+    body = body_of(profile, spacing)
+    laid = None
+    if shaped.cut is not None and profile.nozzle.overlap_mm > 0:
+        laid = overlapping(shaped.cut, result.order, body, profile.nozzle.overlap_mm)
     return travel.plan(
         lines.segments,
         result.order,
         result.flipped,
         clearance_mm=profile.motion.clearance_mm,
-        body=body_of(profile, spacing),
+        body=body,
         join_mm=join_mm(profile, spacing),
         ends=shaped.ends,
+        laid=laid,
     )
 
 

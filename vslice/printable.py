@@ -60,6 +60,7 @@ def printable(
     body: NozzleBody = POINT,
     downhill_deg: float = 90.0,
     conflicts: Conflicts = "cut",
+    overlap_mm: float = 0.0,
 ) -> Printable:
     """Make a sequencing problem of hatch lines.
 
@@ -69,6 +70,7 @@ def printable(
         source: the name of the grid, for messages.
         conflicts: what to do where toolpaths stand in one another's way in a ring: "cut" them, "press" the
             nozzle into them as little as can be, or "refuse".
+        overlap_mm: how far pieces of a toolpath are to reach over one another.
 
     Raises:
         SlicerError: they do and are refused, or cannot be cut.
@@ -85,6 +87,8 @@ def printable(
         problem = Problem.build(lines.segments, body=body, downhill_deg=downhill_deg, edges=pressed.edges)
         return Printable(lines, _from(problem, start, np.arange(problem.n)), pressed=pressed)
     try:
+        if overlap_mm > 0:
+            body = cutting.less_pressed(body, overlap_mm)
         cut = cutting.cut(lines.segments, body)
     except SlicerError as error:
         raise SlicerError(f"{source}: {error}") from None

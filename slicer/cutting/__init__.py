@@ -1,6 +1,7 @@
 """Toolpaths that stand in one another's way: cut into pieces that do not, or printed all the same."""
 
 from slicer.cutting.cut import Cut, cut
+from slicer.cutting.overlap import less_pressed, overlapping
 from slicer.cutting.pressing import Pressing, press
 
-__all__ = ["Cut", "Pressing", "cut", "press"]
+__all__ = ["Cut", "Pressing", "cut", "less_pressed", "overlapping", "press"]

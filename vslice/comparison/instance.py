@@ -54,7 +54,8 @@ def load_instance(path: Path, start: str, profile: Profile | None = None) -> Ins
         lines = hatched(sheet)
         spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
         body = body_of(profile, spacing)
-        shaped = printable(str(path), lines, start, body, profile.nozzle.downhill_deg)
+        nozzle = profile.nozzle
+        shaped = printable(str(path), lines, start, body, nozzle.downhill_deg, overlap_mm=nozzle.overlap_mm)
         tile = shaped.lines.tile
         return Instance(shaped.problem, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
     problems = _problems(data)
