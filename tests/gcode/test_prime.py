@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from making import make_grid, make_plan
+from making import POINT, make_grid, make_plan
 from making import make_program as made
 
 import profiles
@@ -20,7 +20,7 @@ GRID = generate.random_walk(3, 2, seed=4, tile_mm=5.0, spacing_mm=0.4)
 
 
 def sliced(*settings, profile="marlin-generic", grid=GRID):
-    machine = profiles.load(profile, settings)
+    machine = profiles.load(profile, [POINT, *settings])
     program = made(grid, machine)
     return machine, program, list(emit(program, machine, {"version": "0", "profile": profile}))
 

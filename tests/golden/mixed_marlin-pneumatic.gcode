@@ -158,6 +158,7 @@ M84
 ; material.flow = 1.0
 ; material.nozzle_temperature_c = 0.0
 ; material.bed_temperature_c = 0.0
+; material.max_bridge_mm = null
 ; material.pressure_kpa = 60.0
 ; motion.print_speed_mm_s = 10.0
 ; motion.travel_speed_mm_s = 60.0
@@ -166,6 +167,8 @@ M84
 ; motion.retract_acceleration_mm_s2 = 3000.0
 ; motion.clearance_mm = 0.2
 ; motion.approach_mm = 5.0
+; motion.join_mm = 0.0
+; motion.join_spacings = 1.5
 ; motion.retract_mm = 0.0
 ; motion.retract_speed_mm_s = 30.0
 ; motion.retract_extra_mm = 0.0
@@ -182,6 +185,7 @@ M84
 ; nozzle.length_mm = 25.4
 ; nozzle.shoulder_width_mm = 8.0
 ; nozzle.press_mm = null
+; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M302 P1", "M107", "G28"]
 ; gcode.end = ["M107", "M302 P0", "M84"]
@@ -200,4 +204,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:7823a2e1fb526ee9521a9cce5e6982a86cd6dad663b5d7931d84e4d2b0d69644
+; vslice profile end sha256:033448d2c7210bdeacbb8514dade3239dd19c7d38359d12596cff95700d62f5d

@@ -101,6 +101,7 @@ M84
 ; material.flow = 1.0
 ; material.nozzle_temperature_c = 0.0
 ; material.bed_temperature_c = 0.0
+; material.max_bridge_mm = null
 ; material.pressure_kpa = 0.0
 ; motion.print_speed_mm_s = 10.0
 ; motion.travel_speed_mm_s = 60.0
@@ -109,6 +110,8 @@ M84
 ; motion.retract_acceleration_mm_s2 = 3000.0
 ; motion.clearance_mm = 0.2
 ; motion.approach_mm = 5.0
+; motion.join_mm = 0.0
+; motion.join_spacings = 1.5
 ; motion.retract_mm = 0.05
 ; motion.retract_speed_mm_s = 2.0
 ; motion.retract_extra_mm = 0.0
@@ -125,6 +128,7 @@ M84
 ; nozzle.length_mm = 25.4
 ; nozzle.shoulder_width_mm = 8.0
 ; nozzle.press_mm = null
+; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M302 P1", "G28"]
 ; gcode.end = ["M302 P0", "M84"]
@@ -143,4 +147,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:f6b9869cb69d59b1e37e45823c2a016f37a0bdbd6f6dd167d186cd66170d06f0
+; vslice profile end sha256:03b1a764c916da4ae06bb6afe56ae7c7bf2722fd6f5ff8ba35cb499a7885ddba

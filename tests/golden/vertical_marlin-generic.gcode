@@ -71,6 +71,7 @@ M84
 ; material.flow = 1.0
 ; material.nozzle_temperature_c = 200.0
 ; material.bed_temperature_c = 60.0
+; material.max_bridge_mm = null
 ; material.pressure_kpa = 0.0
 ; motion.print_speed_mm_s = 20.0
 ; motion.travel_speed_mm_s = 100.0
@@ -79,6 +80,8 @@ M84
 ; motion.retract_acceleration_mm_s2 = 3000.0
 ; motion.clearance_mm = 0.2
 ; motion.approach_mm = 5.0
+; motion.join_mm = 0.0
+; motion.join_spacings = 1.5
 ; motion.retract_mm = 1.0
 ; motion.retract_speed_mm_s = 30.0
 ; motion.retract_extra_mm = 0.0
@@ -95,6 +98,7 @@ M84
 ; nozzle.length_mm = 5.0
 ; nozzle.shoulder_width_mm = 23.0
 ; nozzle.press_mm = null
+; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
 ; gcode.start = ["M140 S{bed_temperature_c}", "M104 S{nozzle_temperature_c}", "G28", "M190 S{bed_temperature_c}", "M109 S{nozzle_temperature_c}"]
 ; gcode.end = ["M104 S0", "M140 S0", "M84"]
@@ -113,4 +117,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:f201693ebeaa65623341a9a3b5333d458f178b000ba1ba2f4576b401a352f141
+; vslice profile end sha256:d052d8fabfc7267b173031be6b23b45c4a26c0fbfc79bc3f92e3a32aa8fee1e7

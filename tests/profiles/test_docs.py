@@ -79,7 +79,10 @@ def test_the_table_of_settings_is_that_of_the_schema(request):
 
 def test_the_defaults_are_those_of_marlin_generic_but_for_what_is_said():
     text = " ".join(DOCS.read_text(encoding="utf-8").split())
-    assert "those of `marlin-generic`, but without its prime line (`prime_mm`) and parking place" in text
+    assert (
+        "those of `marlin-generic`, but without its prime line (`prime_mm`), its joins (`join_spacings`)"
+        in text
+    )
     default, generic = Profile(), load("marlin-generic")
     differing = {
         key
@@ -88,4 +91,4 @@ def test_the_defaults_are_those_of_marlin_generic_but_for_what_is_said():
         if value != getattr(getattr(generic, section), key)
     }
     body = {"name", "tip_width_mm", "cone_deg", "length_mm", "shoulder_width_mm"}
-    assert differing - {"description"} == {"prime_mm", "park_mm"} | body
+    assert differing - {"description"} == {"prime_mm", "park_mm", "join_spacings"} | body

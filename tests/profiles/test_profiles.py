@@ -127,7 +127,7 @@ def test_every_setting_has_a_description_a_unit_and_one_name():
             assert field.description, f"[{section}] {key}"
             names.append(key)
             if re.search(r"float", str(field.annotation)) and key not in ("flow", "minimum_cruise_ratio"):
-                assert re.search(r"_(mm|s|mm_s|mm_s2|c|kpa|deg)$", key), (
+                assert re.search(r"_(mm|s|mm_s|mm_s2|c|kpa|deg|spacings)$", key), (
                     f"[{section}] {key} has no unit in its name"
                 )
     assert len(names) == len(set(names)), "a placeholder would be ambiguous"

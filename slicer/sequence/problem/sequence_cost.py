@@ -29,7 +29,7 @@ def true_cost(problem: Problem, objective: Objective, oriented: NDArray[np.int32
     doublings = 0
     while True:
         cost = _routed_sum(problem.segments, problem.body, objective.cost_model, oriented, doublings)
-        if cost >= 0.0:
+        if cost != NO_ROOM:  # rather than 0 or more: a cost that is no number must end here too
             return cost
         doublings += 1
 
