@@ -21,7 +21,7 @@ from slicer.precedence import hindering_edges
 from vslice.nozzle import body_of, press_of
 from vslice.objective import join_mm, objective_of
 from vslice.pipeline import laid_out, pressing_of
-from vslice.printable import printable
+from vslice.printable import counted_join_mm, printable
 
 if TYPE_CHECKING:  # a table needs no picture
     from matplotlib.figure import Figure
@@ -112,7 +112,7 @@ def fit(sheet: Grid, lines: Hatch, profile: Profile, name: str, method: str) -> 
     except SlicerError:  # no number of cuts is enough
         return found
     pieces = shaped.lines
-    objective = objective_of(profile, "time", shaped.counted_join_mm(join_mm(profile, spacing)))
+    objective = objective_of(profile, "time", counted_join_mm(join_mm(profile, spacing), shaped.ends))
     result = sequence.solve(shaped.problem, method=method, objective=objective)
     _, made = laid_out(sheet, shaped, result, profile)
     pressing = pressing_of(made, profile)

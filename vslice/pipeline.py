@@ -32,7 +32,7 @@ from vslice import __version__
 from vslice.nozzle import body_of
 from vslice.objective import join_mm, objective_name, objective_of
 from vslice.pressed import nozzle_name
-from vslice.printable import Conflicts, Printable, printable
+from vslice.printable import Conflicts, Printable, counted_join_mm, printable
 from vslice.reading import read_grid
 
 
@@ -236,7 +236,7 @@ def slice_grid(
     shaped = printable(sheet.source, lines, search.start, body, downhill, search.conflicts, overlap)
     lines, problem = shaped.lines, shaped.problem
     join = join_mm(profile, spacing)
-    objective = objective_of(profile, objective_name(search.objective), shaped.counted_join_mm(join))
+    objective = objective_of(profile, objective_name(search.objective), counted_join_mm(join, shaped.ends))
     result = sequence.solve(
         problem,
         method=search.method,

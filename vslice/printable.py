@@ -46,11 +46,12 @@ class Printable:
         """bool (n, 2), which endpoints are ends of hatch lines, not cuts within one; None where all are."""
         return None if self.cut is None else self.cut.ends
 
-    def counted_join_mm(self, join_mm: float) -> float:
-        """Up to which length an objective should count hops as extruded, which knows no ends from cuts: not
-        at all where most are cuts.
-        """
-        return join_mm if self.ends is None or self.ends.mean() > 0.5 else 0.0
+
+def counted_join_mm(join_mm: float, ends: NDArray[np.bool_] | None) -> float:
+    """Up to which length an objective should count hops as extruded, which knows no ends from cuts: not at
+    all where most are cuts.
+    """
+    return join_mm if ends is None or ends.mean() > 0.5 else 0.0
 
 
 def printable(

@@ -100,9 +100,9 @@ def command(
         no_effect(", ".join(names), "effort")
     settings_without_effect("the order of toolpaths", overrides, "gcode", "printer")
     profile = profiles.load(profile_name, with_nozzle(nozzle_name, overrides))
-    problem, spacing_mm = comparison.load_instance(file, start, profile)
-    machine = comparison.Machine(profile, spacing_mm)
-    if problem.first is None and start == "corner":
+    problem, spacing_mm, ends = comparison.load_instance(file, start, profile)
+    machine = comparison.Machine(profile, spacing_mm, ends)
+    if problem.first is None and start == "corner" and problem.body.is_point:
         no_effect("an instance without a first toolpath", "start")
     with progress(1 + len(comparison.runs(names, seeds, goal))) as step, compiling() as first_run:
         if first_run:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from profiles import Profile
 from slicer import grid
-from slicer.errors import GridError, SlicerError
+from slicer.errors import CycleError, GridError, SlicerError
+from slicer.hatch import Hatch
 from slicer.sequence import Problem
 from slicer.sequence.problem import REACH_MM
 from vslice.nozzle import body_of
@@ -28,10 +29,12 @@ class Instance(NamedTuple):
     Attributes:
         problem: its sequencing problem.
         spacing_mm: float64 (n,), the spacing of each toolpath; None where the file does not say.
+        ends: bool (n, 2), which endpoints are ends of toolpaths, not cuts; None where all are.
     """
 
     problem: Problem
     spacing_mm: NDArray[np.float64] | None
+    ends: NDArray[np.bool_] | None = None
 
 
 def load_instance(path: Path, start: str, profile: Profile | None = None) -> Instance:
@@ -41,7 +44,8 @@ def load_instance(path: Path, start: str, profile: Profile | None = None) -> Ins
         profile: the machine, by default one whose nozzle is a point; where an instance says no spacing, its
             beads are as high as they are wide.
         start: "corner" is the lowest toolpath of the bottom left tile of a grid, at its lower end, and the
-            first toolpath of an instance in either direction; "free" is wherever is best.
+            first toolpath of an instance in either direction, unless it has to be cut; "free" is wherever is
+            best.
 
     Raises:
         GridError: the file is neither; one line for each problem.
@@ -57,7 +61,7 @@ def load_instance(path: Path, start: str, profile: Profile | None = None) -> Ins
         nozzle = profile.nozzle
         shaped = printable(str(path), lines, start, body, nozzle.downhill_deg, overlap_mm=nozzle.overlap_mm)
         tile = shaped.lines.tile
-        return Instance(shaped.problem, sheet.spacing_mm[tile[:, 1], tile[:, 0]])
+        return Instance(shaped.problem, sheet.spacing_mm[tile[:, 1], tile[:, 0]], shaped.ends)
     problems = _problems(data)
     if problems:
         raise GridError(str(path), problems)
@@ -65,8 +69,13 @@ def load_instance(path: Path, start: str, profile: Profile | None = None) -> Ins
         first = data["first"] if start == "corner" else None
         segments = np.array(data["segments"], np.float64)
         body = body_of(profile, np.full(len(segments), profile.material.width_mm))
-        problem = Problem.build(segments, body=body, downhill_deg=profile.nozzle.downhill_deg, first=first)
-        return Instance(problem, None)
+        downhill = profile.nozzle.downhill_deg
+        try:
+            return Instance(Problem.build(segments, body=body, downhill_deg=downhill, first=first), None)
+        except CycleError:
+            lines = Hatch(segments, np.zeros((len(segments), 2), np.int32), 0)
+            shaped = printable(str(path), lines, "free", body, downhill, overlap_mm=profile.nozzle.overlap_mm)
+            return Instance(shaped.problem, None, shaped.ends)
     except SlicerError as error:
         raise GridError(str(path), [str(error)]) from None
 

@@ -18,6 +18,7 @@ from slicer.sequence import Problem, Result
 from slicer.sequence.problem import ObjectiveName, Progress, unit_of
 from vslice.objective import join_mm, objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
+from vslice.printable import counted_join_mm
 from vslice.terminal.session import Steps, so_far
 
 ONCE, ONCE_STRAIGHT = (
@@ -98,10 +99,17 @@ class Machine(NamedTuple):
         profile: the machine.
         spacing_mm: float64 (n,), of each toolpath; None takes the width of a bead, which changes no travel
             by more than its corners.
+        ends: bool (n, 2), see ``slicer.joins.joinable``.
     """
 
     profile: Profile
     spacing_mm: NDArray[np.float64] | None = None
+    ends: NDArray[np.bool_] | None = None
+
+    @property
+    def counted_join_mm(self) -> float:
+        """Up to which length the objective counts hops as extruded; see ``printable.counted_join_mm``."""
+        return counted_join_mm(self.join_mm, self.ends)
 
     @property
     def join_mm(self) -> float:
@@ -135,7 +143,7 @@ def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, 
                 part,
                 method=method,
                 effort="quick",
-                objective=objective_of(machine.profile, objective, machine.join_mm),
+                objective=objective_of(machine.profile, objective, machine.counted_join_mm),
             )
             _measured(part, result, Machine(machine.profile))
 
@@ -172,7 +180,7 @@ def run_methods(
             method=method,
             seed=seed,
             effort=effort,
-            objective=objective_of(machine.profile, objective, machine.join_mm),
+            objective=objective_of(machine.profile, objective, machine.counted_join_mm),
             progress=watch,
         )
         if result.stopped:
@@ -193,7 +201,7 @@ def run_methods(
 
 def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float, float]:
     """Routed travel in mm, and the estimated seconds of all travels, on a machine."""
-    profile, spacing_mm = machine
+    profile, spacing_mm, ends = machine
     plan = travel.plan(
         problem.segments,
         result.order,
@@ -201,6 +209,7 @@ def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float
         clearance_mm=profile.motion.clearance_mm,
         body=problem.body,
         join_mm=machine.join_mm,
+        ends=ends,
     )
     spacing = (
         np.full(problem.n, profile.material.width_mm) if spacing_mm is None else spacing_mm[result.order]

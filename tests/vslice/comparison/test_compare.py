@@ -148,7 +148,7 @@ def expected():
 def words(out, *more):
     setting = ["--set", "motion.clearance_mm=0.3"]
     methods = ["--methods", "aco,exact,greedy", "--seeds", "2", "--effort", "quick"]
-    return ["compare", REFERENCE / "3x3_s1.json", *methods, *setting, "-o", out, *more]
+    return ["compare", REFERENCE / "3x3_s1.json", "-p", "paper", *methods, *setting, "-o", out, *more]
 
 
 @pytest.mark.parametrize("name", ["table.json", "table.csv", "table.md", "table.MD", "-"])
@@ -224,7 +224,16 @@ def test_greedy_counts_for_the_column_below_it_even_where_it_has_no_row(run, exp
 def test_what_was_minimised_and_its_bound_stand_in_its_own_unit(run):
     rows = {}
     for objective in ("routed", "time"):
-        call = ["compare", REFERENCE / "2x2_s1.json", "--methods", "greedy,exact", "--objective", objective]
+        call = [
+            "compare",
+            REFERENCE / "2x2_s1.json",
+            "-p",
+            "paper",
+            "--methods",
+            "greedy,exact",
+            "--objective",
+            objective,
+        ]
         out = run(*call)[1]
         head = [cell.strip() for cell in out.splitlines()[0].split("|")]
         assert f"minimised [{'s' if objective == 'time' else 'mm'}]" in head
@@ -307,7 +316,18 @@ def test_the_bar_has_a_step_for_each_run_and_shows_best_and_bound(run, monkeypat
             pass
 
     monkeypatch.setattr("vslice.commands.compare.progress", Progressing)
-    run("compare", REFERENCE / "2x2_s1.json", "--methods", "exact,local", "--seeds", "3", "--effort", "quick")
+    run(
+        "compare",
+        REFERENCE / "2x2_s1.json",
+        "-p",
+        "paper",
+        "--methods",
+        "exact,local",
+        "--seeds",
+        "3",
+        "--effort",
+        "quick",
+    )
     assert totals == [len(told.steps)] == [6]
     assert told.steps == [
         "loading",
@@ -334,7 +354,7 @@ def drawn(run, monkeypatch):
 
     def call(*more):
         effort = [] if "greedy" in more else ["--effort", "quick"]  # greedy alone knows no effort
-        ended = run("compare", REFERENCE / "2x2_s1.json", *effort, "--plot", "runs.svg", *more)
+        ended = run("compare", REFERENCE / "2x2_s1.json", "-p", "paper", *effort, "--plot", "runs.svg", *more)
         assert ended[0] == 0, ended
         return figures[-1].axes[0], ended
 
@@ -433,7 +453,9 @@ def test_methods_may_have_spaces_and_count_once(run):
 
 
 def test_compare_takes_a_reference_instance(run):
-    _, out, _ = run("compare", REFERENCE / "2x2_s1.json", "--methods", "greedy,exact", "--seeds", "1")
+    _, out, _ = run(
+        "compare", REFERENCE / "2x2_s1.json", "-p", "paper", "--methods", "greedy,exact", "--seeds", "1"
+    )
     assert "5.6762" in out
 
 
