@@ -7,7 +7,7 @@ from slicer.sequence.layered.layered_search import LayeredSearch, search_layers
 from slicer.sequence.layered.windows import window_search
 from slicer.sequence.layered.work_budget import WorkBudget
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Section, join_tied_columns, widest_corridor
+from slicer.sequence.states import Section, widest_joined_corridor
 
 
 def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, bool] | None:
@@ -15,9 +15,10 @@ def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, boo
 
     On sheets too large even for that, windows are searched instead, and None is returned.
     """
-    section = join_tied_columns(Section.whole(search.problem, search.objective))
     most_arcs = max(search.problem.n, 100) * arcs_per_toolpath
-    corridor = widest_corridor(section, search.oriented >> 1, most_arcs)
+    section, corridor = widest_joined_corridor(
+        Section.whole(search.problem, search.objective), search.oriented >> 1, most_arcs
+    )
     if corridor is None:
         search.offer(window_search(search, search.oriented))
         search.report("windows")

@@ -14,7 +14,7 @@ from slicer.sequence.layered import ARCS_PER_TOOLPATH, beam, exact, window_searc
 from slicer.sequence.local_search import FIRST_TEMPERATURE, anneal, perturbation_budget
 from slicer.sequence.portfolio.annealing_rounds import anneal_and_merge
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Section, join_tied_columns, widest_corridor
+from slicer.sequence.states import Section, widest_joined_corridor
 from slicer.sequence.tree_search import STRIDE, improve_by_trees
 
 PROVE_UP_TO = {"quick": 250, "default": 1_400, "high": 1_400}
@@ -86,9 +86,9 @@ def _stages(search: Search) -> bool:
 
 def _enumerable(search: Search) -> bool:
     """Whether the columns have so few down-sets that all of them can be looked at."""
-    section = join_tied_columns(Section.whole(search.problem, search.objective))
+    section = Section.whole(search.problem, search.objective)
     most_arcs = max(search.problem.n, 100) * ARCS_PER_TOOLPATH[search.effort]
-    corridor = widest_corridor(section, search.oriented >> 1, most_arcs)
+    _, corridor = widest_joined_corridor(section, search.oriented >> 1, most_arcs)
     return corridor is not None and corridor.complete
 
 

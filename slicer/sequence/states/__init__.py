@@ -5,7 +5,7 @@ the skylines over them.
 from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
-from slicer.sequence.states.corridor import extent, widest_corridor
+from slicer.sequence.states.corridor import extent
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
 from slicer.sequence.states.joint_states import (
@@ -18,7 +18,7 @@ from slicer.sequence.states.joint_states import (
     out_of_reach,
 )
 from slicer.sequence.states.section import NONE, Section, extents
-from slicer.sequence.states.tied_columns import join_tied_columns
+from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
 
 __all__ = [
     "NONE",
@@ -44,5 +44,5 @@ __all__ = [
     "out_of_reach",
     "sets_of_states",
     "skylines",
-    "widest_corridor",
+    "widest_joined_corridor",
 ]
