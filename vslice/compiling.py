@@ -52,22 +52,35 @@ def compile_kernels() -> None:
 
     from slicer import hatch, sequence, travel
     from slicer.grid import Grid
+    from slicer.nozzle import POINT, NozzleBody
     from slicer.sequence.problem import Objective
+    from vslice.printable import printable
 
     random = np.random.default_rng(1)
     goal = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
-    # Proved; searched only; and so steep that its down-sets are too many.
+    needle, cone = NozzleBody.of(0.2, 0.0, 5.0, 4.0, 0.1), NozzleBody.of(0.3, 30.0, 5.0, 6.0, 0.06)
+    # Proved; searched only; and so steep that its down-sets are too many, or that it has to be cut.
     kinds = (
-        (2, 0.2, -45.0, 0.0, "default"),
-        (4, 0.12, -45.0, 0.0, "default"),
-        (6, 0.12, -85.0, 85.0, "quick"),
+        (2, 0.2, -45.0, 0.0, "default", POINT),
+        (4, 0.12, -45.0, 0.0, "default", POINT),
+        (6, 0.12, -85.0, 85.0, "quick", POINT),
+        (3, 0.2, -45.0, 0.0, "default", needle),
+        (3, 0.12, -85.0, 85.0, "quick", cone),
     )
-    for tiles, spacing_mm, low_deg, high_deg, effort in kinds:
+    for tiles, spacing_mm, low_deg, high_deg, effort, body in kinds:
         angles = random.uniform(low_deg, high_deg, (tiles, tiles))
         sheet = Grid(angles, np.full((tiles, tiles), spacing_mm), (1.0, 1.0))
-        toolpaths = hatch.hatch(sheet).segments
-        result = sequence.solve(toolpaths, objective=goal, effort=effort)
-        travel.plan(toolpaths, result.order, result.flipped, clearance_mm=goal.clearance_mm)
+        shaped = printable("sheet", hatch.hatch(sheet), "corner", body)
+        result = sequence.solve(shaped.problem, objective=goal, effort=effort)
+        travel.plan(
+            shaped.lines.segments,
+            result.order,
+            result.flipped,
+            clearance_mm=goal.clearance_mm,
+            body=body,
+            join_mm=1.5 * spacing_mm,
+            ends=shaped.ends,
+        )
 
 
 def ship() -> None:
