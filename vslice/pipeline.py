@@ -83,6 +83,7 @@ class Sliced:
                 'begin it with extends = "marlin-generic", or set prime_mm (0 for none).'
             )
         found += self._hanging_and_pressed()
+        own = self.facts["profile"] not in profiles.shipped()
         if own and "tip_width_mm" not in self.profile.nozzle.model_fields_set:
             found.append(
                 f"{self.facts['profile']} does not say [nozzle] tip_width_mm, so the nozzle is taken for a "

@@ -117,7 +117,7 @@ def test_set_changes_on_top_of_what_the_program_carries(run, taken):
 def test_a_program_of_another_says_loudly_what_is_assumed(run, words):
     Path("other.gcode").write_text("G28\nG21\nG90\nM83\nG0 X1 Y1 Z1 F600\nG1 X5 E0.3\n")
     _, _, err = run(words[0], "other.gcode", *words[1:])
-    said = "Warning: other.gcode does not say which machine it is for; assuming marlin-generic, with a build volume of 220 x 220 x 250 mm. Give the machine with -p."
+    said = "Warning: other.gcode does not say which machine it is for; assuming marlin-generic, with a build volume of 220 x 220 x 250 mm, nozzle brass-0.4. Give the machine with -p."
     assert said in err
     assert "assuming" not in run(words[0], "other.gcode", *words[1:], "-p", "marlin-generic")[2]
 

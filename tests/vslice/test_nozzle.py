@@ -38,9 +38,41 @@ def test_a_nozzle_that_is_none_is_wrong_use(run):
 
 def test_toolpaths_in_a_ring_are_refused_with_what_to_do(run):
     write(VALLEY)
-    code, _, err = run("grid.json", "-o", "part.gcode", "--nozzle", "18G", "--method", "greedy")
+    words = ["grid.json", "-o", "part.gcode", "--nozzle", "18G", "--method", "greedy", "--conflicts"]
+    code, _, err = run(*words, "refuse")
     assert code == 2
-    assert "stand in one another's way" in err
+    assert "stand in one another's way with this nozzle" in err
+    assert "of tile (0, 0) would push 0." in err
+    assert "--conflicts cut" in err
+    assert not Path("part.gcode").exists()
+
+
+def test_toolpaths_in_a_ring_are_cut_and_the_check_finds_them_whole(run):
+    write(VALLEY)
+    words = ["grid.json", "-o", "part.gcode", "--nozzle", "18G", "--method", "greedy"]
+    _, _, err = run(*words)
+    assert "cuts, and no way takes fewer than" in err
+    code, out, err = run("check", "part.gcode", "--grid", "grid.json")
+    assert (code, out) == (0, "")
+    more = run(*words, "--set", "nozzle.overlap_mm=0.05")[2]
+    assert "cuts, and no way takes fewer than" in more
+    assert run("check", "part.gcode", "--grid", "grid.json")[0] == 0
+    code, _, err = run(*words, "--set", "nozzle.overlap_mm=0.1")
+    assert code == 2
+    assert "must be below press_mm" in err
+
+
+def test_pressing_lists_every_place_and_the_check_holds_it_against_the_program(run):
+    write(VALLEY)
+    words = ["grid.json", "-o", "part.gcode", "--nozzle", "18G", "--method", "greedy", "--conflicts", "press"]
+    _, _, err = run(*words)
+    assert "times too deep, by" in err
+    assert " is pressed 0." in err
+    allowed = err.split("unless --set nozzle.press_mm=")[1].split()[0]
+    code, out, _ = run("check", "part.gcode", "--grid", "grid.json")
+    assert code == 1
+    assert ": nozzle: " in out
+    assert run("check", "part.gcode", "--set", f"nozzle.press_mm={allowed}")[0] == 0
 
 
 def test_the_check_sees_a_wider_nozzle_than_was_planned_for_and_tells_the_deepest_press(run):
@@ -73,9 +105,9 @@ def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
 
 
 def test_the_planner_gets_the_body_of_the_profile():
-    profile = profiles.load("marlin-generic", ["nozzle.tip_width_mm=0.6", "nozzle.cone_deg=45"])
+    profile = profiles.load("paper", ["nozzle.length_mm=4", "nozzle.tip_width_mm=0.6", "nozzle.cone_deg=45"])
     body = body_of(profile, [0.3, 0.2])
-    assert body == pytest.approx((0.3, 1.0, float("inf"), 0.0, 0.1))
+    assert body == pytest.approx((0.3, 1.0, 4.0, 0.0, 0.1))
     assert body_of(profiles.load("paper"), [0.2]).is_point
 
 
@@ -92,7 +124,8 @@ def test_nozzles_are_compared_and_the_widest_is_found(run):
     assert Path("a.svg").stat().st_size > 1000
     # Just below it the sheet is planned whole, just above it is refused.
     for width, ends in ((said["widest_tip_mm"] * 0.98, 0), (said["widest_tip_mm"] * 1.02, 2)):
-        words = ["--set", f"nozzle.tip_width_mm={width}", "--method", "greedy"]
+        words = ["-p", "paper", "--set", f"nozzle.tip_width_mm={width}", "--method", "greedy"]
+        words += ["--conflicts", "refuse"]
         assert run("grid.json", "-o", "part.gcode", "-q", *words)[0] == ends
     _, out, _ = run("nozzles", "grid.json", "--only", "32G")
     assert "The widest blunt needle that prints it without a cut" in out

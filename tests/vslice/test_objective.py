@@ -18,6 +18,7 @@ from vslice.objective import objective_name, objective_of
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 # travel speed, x, y of the sheet; the same of accelerations; fixed time, and from which length on
 SHIPPED = {
+    "paper": ((100, 200, 10), (500, 1000, 100), 2 * (1 / 30 + 0.01), 1.5),
     # Speeds and accelerations of the schema's defaults; 1 mm back and 1 mm forth at 30 mm/s and 3000 mm/s².
     "marlin-generic": ((100, 200, 10), (500, 1000, 100), 2 * (1 / 30 + 0.01), 1.5),
     # The valve opens in 0.06 s and closes in 0.04 s, around every travel that there is.

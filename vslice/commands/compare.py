@@ -102,7 +102,8 @@ def command(
     profile = profiles.load(profile_name, with_nozzle(nozzle_name, overrides))
     problem, spacing_mm, ends = comparison.load_instance(file, start, profile)
     machine = comparison.Machine(profile, spacing_mm, ends)
-    if problem.first is None and start == "corner" and problem.body.is_point:
+    # Under a body the corner of a grid may be no place to begin, nor the first toolpath, once it is cut.
+    if problem.first is None and start == "corner" and spacing_mm is None and ends is None:
         no_effect("an instance without a first toolpath", "start")
     with progress(1 + len(comparison.runs(names, seeds, goal))) as step, compiling() as first_run:
         if first_run:
