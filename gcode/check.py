@@ -233,9 +233,7 @@ def _plane(laid: list[Stroke]) -> list[Violation]:
 
 def _join_mm(profile: Profile, grid: "Grid") -> float:
     """The longest hop over which a bead goes on, by the least spacing of the sheet."""
-    used = grid.spacing_mm[~np.isnan(grid.angles_deg)]
-    least = float(used.min()) if len(used) else 0.0
-    return max(profile.motion.join_mm, profile.motion.join_spacings * least)
+    return profile.motion.longest_join_mm(grid.spacing_mm[~np.isnan(grid.angles_deg)].tolist())
 
 
 def _only_spacing(grid: "Grid | None") -> float | None:

@@ -164,7 +164,7 @@ def _cold_around(moves: list[Move], profile: Profile) -> list[Violation]:
     }
     found = []
     for setting, words in targets.items():
-        target, wanted = words.get("S", words.get("R")), float(profile.values[setting])  # type: ignore[arg-type]
+        target, wanted = words.get("S", words.get("R")), profile.temperature_c(setting)
         if not setting.startswith("nozzle") and target is not None and target <= 0 < wanted:
             part = setting.partition("_")[0]
             text = f"the {part} is switched off at the first extrusion; the profile has {wanted:g} C"
@@ -253,7 +253,7 @@ def _cold(words: dict[str, float | None], code: str, profile: Profile) -> str | 
     target = words.get("S", words.get("R"))
     if target is None:
         return "sets no temperature that is followed here"
-    wanted = float(profile.values[HEATERS[code]])  # type: ignore[arg-type]
+    wanted = profile.temperature_c(HEATERS[code])
     if wanted > 0 and target <= 0:
         return f"switches heat off in the middle of a print, the profile has {wanted:g} C"
     if HEATERS[code].startswith("nozzle") and target < EXTRUDES_FROM_C <= wanted:

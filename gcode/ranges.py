@@ -79,7 +79,7 @@ def wrong_dwell(seconds: float, text: str) -> str | None:
 def wrong_temperature(words: Words, code: str, profile: Profile) -> str | None:
     """Why a temperature is none that this machine can have, or none that this command can set."""
     target = words.get("S", words.get("R") if code in ("M109", "M190") else None)
-    wanted = float(profile.values[HEATERS[code]])  # type: ignore[arg-type]
+    wanted = profile.temperature_c(HEATERS[code])
     part = "nozzle" if HEATERS[code].startswith("nozzle") else "bed"
     most = max(HOTTEST_NOZZLE_C if part == "nozzle" else HOTTEST_BED_C, wanted)
     if len(words) != 1 or target is None or math.isnan(target):

@@ -1,5 +1,6 @@
 """What a machine is: every setting once, with its unit in the name, its default, bounds and help."""
 
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -173,6 +174,10 @@ class Motion(_Section):
     valve_open_s: Dwell = Field(0.05, description="Dwell after the valve opens, before moving.")
     valve_close_s: Dwell = Field(0.05, description="Dwell after the valve closes, before moving.")
 
+    def longest_join_mm(self, spacings_mm: Iterable[float]) -> float:
+        """The longest hop that is extruded in a sheet, by the least of its spacings; 0 for none."""
+        return max(self.join_mm, self.join_spacings * min(spacings_mm, default=0.0))
+
 
 class Nozzle(_Section):
     """The body above the tip, as wide as it is in the plane of the sheet; without a width it is a point."""
@@ -277,6 +282,13 @@ class Profile(_Section):
     nozzle: Nozzle = Field(Nozzle(), description="The body above the tip.")
     gcode: Gcode = Field(Gcode(), description="Start, end and valve blocks.")
     printer: Printer = Field(Printer(), description="The serial line.")
+
+    def temperature_c(self, setting: str) -> float:
+        """A temperature of the material by the name of its setting."""
+        return {
+            "nozzle_temperature_c": self.material.nozzle_temperature_c,
+            "bed_temperature_c": self.material.bed_temperature_c,
+        }[setting]
 
     @property
     def values(self) -> dict[str, object]:

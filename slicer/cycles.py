@@ -30,19 +30,23 @@ def in_cycles(n: int, edges: NDArray[np.int32]) -> NDArray[np.bool_]:
     return np.asarray((np.bincount(component, minlength=n) > 1)[component], np.bool_)
 
 
+def groups(n: int, edges: NDArray[np.int32]) -> list[NDArray[np.intp]]:
+    """The toolpaths, ascending, of each component of more than one, by their first ones."""
+    component = components(n, edges)
+    order = np.argsort(component, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(component[order])) + 1)
+    return sorted((part for part in parts if len(part) > 1), key=lambda members: int(members[0]))
+
+
 def check_acyclic(n: int, edges: NDArray[np.int32]) -> None:
     """Refuse a precedence in which toolpaths wait for one another.
 
     Raises:
         CycleError: it holds every component of more than one toolpath.
     """
-    component = components(n, edges)
-    size = np.bincount(component, minlength=1)
-    if (size <= 1).all():
-        return
-    held = [np.flatnonzero(component == c) for c in np.flatnonzero(size > 1)]
-    held.sort(key=lambda members: int(members[0]))
-    raise CycleError(held)
+    held = groups(n, edges)
+    if held:
+        raise CycleError(held)
 
 
 @kernel

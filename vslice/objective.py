@@ -21,9 +21,7 @@ def objective_name(text: str) -> ObjectiveName:
 
 def join_mm(profile: Profile, spacing_mm: NDArray[np.float64]) -> float:
     """The longest hop that is extruded in a sheet with these spacings, in mm; 0 for none."""
-    motion = profile.motion
-    least = float(spacing_mm.min()) if len(spacing_mm) else 0.0
-    return max(motion.join_mm, motion.join_spacings * least)
+    return profile.motion.longest_join_mm(spacing_mm.tolist())
 
 
 def objective_of(profile: Profile, name: ObjectiveName, join_mm: float = 0.0) -> Objective:

@@ -42,12 +42,11 @@ class Sliced:
 
     ``greedy`` is what `travel` would be in the order of the source paper's hill climbing, which is what
     people otherwise do. ``pressing`` is how deep the printed pushes into the nozzle by the check's own model;
-    None for a nozzle without a body. ``hatch_lines`` is how many toolpaths there were before any was cut.
+    None for a nozzle without a body.
     """
 
     sheet: Grid
     printable: Printable
-    hatch_lines: int
     result: Result
     plan: Plan
     program: program.Program
@@ -231,7 +230,6 @@ def slice_grid(
     step("sequencing")
     spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
     body = body_of(profile, spacing)
-    hatched_lines = len(lines.segments)
     downhill = profile.nozzle.downhill_deg
     overlap = profile.nozzle.overlap_mm
     shaped = printable(sheet.source, lines, search.start, body, downhill, search.conflicts, overlap)
@@ -277,7 +275,7 @@ def slice_grid(
         facts["meta"] = meta_line(sheet.meta)
     hangs = hanging(plan.toolpaths, made.height_mm)
     pressing = pressing_of(made, profile)
-    return Sliced(sheet, shaped, hatched_lines, result, plan, made, profile, facts, greedy, pressing, hangs)
+    return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs)
 
 
 def routed(sheet: Grid, shaped: Printable, result: Result, profile: Profile) -> Plan:

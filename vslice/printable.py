@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer import cutting
-from slicer.cutting import Cut, Pressing
+from slicer.cutting import Cut, RelaxedPrecedence
 from slicer.errors import CycleError, SlicerError
 from slicer.hatch import Hatch
 from slicer.nozzle import POINT, NozzleBody, press_depths
@@ -34,12 +34,17 @@ class Printable:
     lines: Hatch
     problem: Problem
     cut: Cut | None = None
-    pressed: Pressing | None = None
+    pressed: RelaxedPrecedence | None = None
 
     @property
     def toolpath(self) -> NDArray[np.int32]:
         """int32 (n,), the hatch line that each is, or is a piece of."""
         return np.arange(len(self.lines.segments), dtype=np.int32) if self.cut is None else self.cut.toolpath
+
+    @property
+    def hatch_lines(self) -> int:
+        """How many toolpaths there were before any was cut."""
+        return int(self.toolpath.max()) + 1 if len(self.toolpath) else 0
 
     @property
     def ends(self) -> NDArray[np.bool_] | None:
@@ -81,6 +86,7 @@ def printable(
     except CycleError as error:
         if conflicts == "refuse":
             raise SlicerError(_refusal(source, lines, body, error)) from None
+        rings = error.components
     else:
         return Printable(lines, _from(problem, start, np.arange(problem.n)))
     if conflicts == "press":
@@ -90,7 +96,7 @@ def printable(
     try:
         if overlap_mm > 0:
             body = cutting.less_pressed(body, overlap_mm)
-        cut = cutting.cut(lines.segments, body)
+        cut = cutting.cut(lines.segments, body, rings=None if overlap_mm > 0 else rings)
     except SlicerError as error:
         raise SlicerError(f"{source}: {error}") from None
     lines = Hatch(cut.segments, lines.tile[cut.toolpath], lines.dropped)

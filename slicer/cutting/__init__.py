@@ -2,6 +2,6 @@
 
 from slicer.cutting.cut import Cut, cut
 from slicer.cutting.overlap import less_pressed, overlapping
-from slicer.cutting.pressing import Pressing, press
+from slicer.cutting.pressing import RelaxedPrecedence, press
 
-__all__ = ["Cut", "Pressing", "cut", "less_pressed", "overlapping", "press"]
+__all__ = ["Cut", "RelaxedPrecedence", "cut", "less_pressed", "overlapping", "press"]

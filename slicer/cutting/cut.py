@@ -9,7 +9,7 @@ from slicer import precedence
 from slicer.cutting.fewest import fewest_cuts
 from slicer.cutting.gluing import glue
 from slicer.cutting.greedy import cut_greedily
-from slicer.cycles import components
+from slicer.cycles import groups
 from slicer.errors import SlicerError
 from slicer.nozzle import NozzleBody
 
@@ -50,7 +50,13 @@ class Cut:
         return int((np.bincount(self.toolpath) > 1).sum()) if len(self.toolpath) else 0
 
 
-def cut(segments: NDArray[np.float64], body: NozzleBody, *, least_mm: float | None = None) -> Cut:
+def cut(
+    segments: NDArray[np.float64],
+    body: NozzleBody,
+    *,
+    least_mm: float | None = None,
+    rings: list[NDArray[np.intp]] | None = None,
+) -> Cut:
     """Cut toolpaths where, and only where, something stands in the way.
 
     Only toolpaths of a cycle are cut. Pieces of horizontal bands no higher than ``body.press`` never hinder
@@ -59,6 +65,7 @@ def cut(segments: NDArray[np.float64], body: NozzleBody, *, least_mm: float | No
     Args:
         segments: float64 (n, 2, 2), [endpoint, xy] in mm.
         body: the nozzle.
+        rings: the toolpaths of each ring under this body, as ``CycleError`` has them, where they are known.
         least_mm: no piece is shorter, unless there is no other way; half of ``body.press`` by default.
 
     Raises:
@@ -66,14 +73,13 @@ def cut(segments: NDArray[np.float64], body: NozzleBody, *, least_mm: float | No
         SlicerError: no number of pieces is enough, which needs a ``press`` of next to nothing; a component of
             more toolpaths than can be held in memory.
     """
-    edges = precedence.hindering_edges(segments, body)
-    component = components(len(segments), edges)
-    size = np.bincount(component, minlength=1)
-    owner = [np.flatnonzero(size[component] == 1)]
+    n = len(segments)
+    if rings is None:
+        rings = groups(n, precedence.hindering_edges(segments, body))
+    owner = [np.setdiff1d(np.arange(n), np.concatenate(rings) if rings else [])]
     span = [np.tile([0.0, 1.0], (len(owner[0]), 1))]
     fewest = 0
-    for group in np.flatnonzero(size > 1):
-        members = np.flatnonzero(component == group)
+    for members in rings:
         inner = np.ascontiguousarray(segments[members])
         of, where = _cut_component(inner, body, body.press / 2 if least_mm is None else least_mm, members)
         owner.append(members[of])

@@ -20,7 +20,7 @@ LARGEST = 4000
 
 
 @dataclass(frozen=True, eq=False)
-class Pressing:
+class RelaxedPrecedence:
     """What is printed though something is in the way.
 
     Attributes:
@@ -36,7 +36,7 @@ class Pressing:
     least: bool
 
 
-def press(segments: NDArray[np.float64], body: NozzleBody) -> Pressing:
+def press(segments: NDArray[np.float64], body: NozzleBody) -> RelaxedPrecedence:
     """Give up the precedence that costs least total pressing beyond ``body.press``, so that an order exists.
 
     What lies straight above stays above: the tip itself is never driven through printed material.
@@ -54,7 +54,7 @@ def press(segments: NDArray[np.float64], body: NozzleBody) -> Pressing:
     size = np.bincount(component, minlength=1)
     members = np.flatnonzero(size[component] > 1)
     if len(members) == 0:
-        return Pressing(edges, np.empty((0, 2), np.int32), np.empty(0), True)
+        return RelaxedPrecedence(edges, np.empty((0, 2), np.int32), np.empty(0), True)
     pairs, depths, least = [], [], True
     for group in np.flatnonzero(size > 1):
         of = np.flatnonzero(component == group)
@@ -81,7 +81,7 @@ def press(segments: NDArray[np.float64], body: NozzleBody) -> Pressing:
     n = len(segments)
     broken = given_up[:, 1].astype(np.int64) * n + given_up[:, 0]  # b was to be printed before a
     kept = rows[~np.isin(rows[:, 0].astype(np.int64) * n + rows[:, 1], broken)]
-    return Pressing(np.ascontiguousarray(kept, np.int32), given_up, np.concatenate(depths), least)
+    return RelaxedPrecedence(np.ascontiguousarray(kept, np.int32), given_up, np.concatenate(depths), least)
 
 
 @kernel

@@ -182,7 +182,7 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     printing, between, other = parts
     joined = f"  ({plan.joined_mm:.1f} mm of hops extruded)" if plan.joined.any() else ""
     rows = {
-        "toolpaths": f"{sliced.hatch_lines}{dropped}",
+        "toolpaths": f"{sliced.printable.hatch_lines}{dropped}",
         "beads": f"{plan.beads}{joined}",
         "printed length": f"{plan.printed_mm:.1f} mm",
         "straight travel J": f"{plan.straight_mm:.3f} mm{_known_travel(result)}",
@@ -211,8 +211,8 @@ def _nozzle_rows(sliced: "Sliced") -> dict[str, str]:
     cut, forced = sliced.printable.cut, sliced.printable.pressed
     if cut is not None:
         rows["cut"] = (
-            f"{cut.toolpaths_cut} of {sliced.hatch_lines} toolpaths, {len(cut.segments)} pieces; {cut.cuts} "
-            f"cuts, and no way takes fewer than {cut.fewest}"
+            f"{cut.toolpaths_cut} of {sliced.printable.hatch_lines} toolpaths, {len(cut.segments)} pieces; "
+            f"{cut.cuts} cuts, and no way takes fewer than {cut.fewest}"
         )
     if forced is not None:
         beyond = float((forced.depth_mm - sliced.printable.problem.body.press).sum())
