@@ -40,8 +40,8 @@ def grey_of(picture: Picture, channel: str | None, stain: str | None) -> tuple[G
     if stain is not None:
         if not colours:
             raise TissueError(
-                f"{picture.source}: stains are told apart by colour, but it has {_channels(count)} and no red, "
-                "green and blue; leave out --stain."
+                f"{picture.source}: stains are told apart by colour, but it has {_channels(count)} and no "
+                "red, green and blue; leave out --stain."
             )
         return _stain(stain, picture.white), f"stain {stain}"
     if channel is None:
@@ -54,8 +54,8 @@ def grey_of(picture: Picture, channel: str | None, stain: str | None) -> tuple[G
         return _picked(COLOURS.index(channel), picture.white), channel
     if channel in (*COLOURS, "luminance", "mean"):
         raise TissueError(
-            f"{picture.source}: --channel {channel} needs red, green and blue, but it has {_channels(count)}; "
-            f"give the number of one, 0 to {count - 1}."
+            f"{picture.source}: --channel {channel} needs red, green and blue, but it has {_channels(count)}"
+            f"; give the number of one, 0 to {count - 1}."
         )
     if not channel.isdecimal() or int(channel) >= count:
         raise TissueError(

@@ -31,15 +31,24 @@ def draw(
     sheet = oriented.sheet
     width, height = sheet.cols * sheet.tile_mm[0], sheet.rows * sheet.tile_mm[1]
     scale = LONGEST_IN / max(width, height)
-    figure = figures.Figure(figsize=(max(4.0, width * scale), max(3.0, height * scale) + 0.6), layout="constrained")
+    figure = figures.Figure(
+        figsize=(max(4.0, width * scale), max(3.0, height * scale) + 0.6), layout="constrained"
+    )
     axes = figure.add_subplot()
     place = transforms.Affine2D(_to_mm(measured, oriented)) + axes.transData
     shown = _contrast(measured.backdrop)
     rows, cols = shown.shape
     axes.imshow(
-        shown, cmap="gray", extent=(0, cols, rows, 0), transform=place, interpolation="nearest", vmin=0, vmax=1
+        shown,
+        cmap="gray",
+        extent=(0, cols, rows, 0),
+        transform=place,
+        interpolation="nearest",
+        vmin=0,
+        vmax=1,
     )
-    x, y = np.arange(sheet.cols + 1) * sheet.tile_mm[0], np.arange(sheet.rows + 1) * sheet.tile_mm[1]
+    x = np.linspace(0, width, sheet.cols + 1, dtype=np.float64)
+    y = np.linspace(0, height, sheet.rows + 1, dtype=np.float64)
     if max(sheet.cols, sheet.rows) <= MOST_BORDERS:
         borders = [[(a, 0.0), (a, height)] for a in x] + [[(0.0, b), (width, b)] for b in y]
         axes.add_collection(collections.LineCollection(borders, colors="#1f77b4", linewidths=0.4, alpha=0.7))
@@ -53,14 +62,13 @@ def draw(
     axes.set(xlim=(0, width), ylim=(0, height), aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
     kept = int(oriented.kept.sum())
     axes.set_title(
-        f"{kept} of {sheet.cols}x{sheet.rows} tiles, mean deviation {oriented.deviation_deg:.1f}°", fontsize=10
+        f"{kept} of {sheet.cols}x{sheet.rows} tiles, mean deviation {oriented.deviation_deg:.1f}°",
+        fontsize=10,
     )
     return _png(figure, dpi)
 
 
-def _strokes(
-    collections: Any, oriented: Oriented, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> Any:
+def _strokes(collections: Any, oriented: Oriented, x: NDArray[np.float64], y: NDArray[np.float64]) -> Any:
     """A stroke a tile along its fibres."""
     sheet, kept = oriented.sheet, oriented.kept
     radians = np.radians(sheet.angles_deg[kept])

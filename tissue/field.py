@@ -66,33 +66,31 @@ class Field:
 
     def scaled(self, factor: float) -> "Field":
         """The same in another unit of length."""
-        return replace(
-            self, origin=self.origin * factor, right=self.right * factor, down=self.down * factor
-        )
+        return replace(self, origin=self.origin * factor, right=self.right * factor, down=self.down * factor)
 
 
 def tilt_deg(tensor: NDArray[np.float64]) -> NDArray[np.float64]:
     """Axial mean direction of tensors (3, ...), degrees in (-90, 90], counter-clockwise from +x."""
     xx, yy, xy = tensor
     angle = np.degrees(np.arctan2(2 * xy, xx - yy)) / 2
-    return np.where(angle <= -90, angle + 180, angle)
+    return np.asarray(np.where(angle <= -90, angle + 180, angle))
 
 
 def anisotropy(tensor: NDArray[np.float64]) -> NDArray[np.float64]:
     """Difference of the eigenvalues of tensors (3, ...): how much of a direction there is."""
     xx, yy, xy = tensor
-    return np.hypot(xx - yy, 2 * xy)
+    return np.asarray(np.hypot(xx - yy, 2 * xy))
 
 
 def coherence(tensor: NDArray[np.float64]) -> NDArray[np.float64]:
     """Anisotropy as a share of the trace, 0 for no direction to 1 for one alone; 0 where all is zero."""
     trace = tensor[0] + tensor[1]
-    return np.divide(anisotropy(tensor), trace, out=np.zeros_like(trace), where=trace > 0)
+    return np.asarray(np.divide(anisotropy(tensor), trace, out=np.zeros_like(trace), where=trace > 0))
 
 
 def axial_difference_deg(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angle between axes, 0 to 90 degrees."""
-    return np.abs((a - b + 90) % 180 - 90)
+    return np.asarray(np.abs((a - b + 90) % 180 - 90))
 
 
 def _cos_sin(angle_deg: float) -> tuple[float, float]:

@@ -61,7 +61,7 @@ def measure_image(
     field = _square(field, aspect)
     if not (np.isfinite(field.tensor).all() and field.tensor[:2].max() > 0):
         raise TissueError(
-            f"{path}: has no structure: {name} is the same everywhere; try another --channel, --page or --crop."
+            f"{path}: has no structure: {name} is the same everywhere; try another --channel, --page, --crop."
         )
     if settings.auto_mask:
         found = masks.found_mask(field)
@@ -98,7 +98,9 @@ def _crop(picture: Picture, crop: tuple[int, int, int, int] | None) -> tuple[int
             f"{picture.height} pixels; give left, top, right, bottom with left < right and top < bottom."
         )
     if min(right - left, bottom - top) < 3:
-        raise TissueError(f"{picture.source}: --crop leaves {right - left}x{bottom - top} pixels; 3x3 is least.")
+        raise TissueError(
+            f"{picture.source}: --crop leaves {right - left}x{bottom - top} pixels; 3x3 is least."
+        )
     return left, top, right, bottom
 
 
@@ -111,7 +113,10 @@ def _pixel(picture: Picture, layout: Layout, said: list[str]) -> tuple[float | N
     x, y = picture.pixel_mm
     if abs(y / x - 1) < 1e-3:
         return x, 1.0
-    said.append(f"{picture.source}: its pixels are {x * 1000:.4g} x {y * 1000:.4g} µm, not square, as was taken into account")
+    said.append(
+        f"{picture.source}: its pixels are {x * 1000:.4g} x {y * 1000:.4g} µm, "
+        "which are not square, as was taken into account"
+    )
     return x, y / x
 
 

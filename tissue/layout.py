@@ -33,8 +33,8 @@ def divide(width: float, height: float, unit_mm: float | None, layout: Layout, s
         scale = unit_mm
     else:
         raise TissueError(
-            f"{source}: does not say how large a pixel is; give the width of the sheet with --size-mm, or the "
-            "size of a pixel with --pixel-um."
+            f"{source}: does not say how large a pixel is; give the width of the sheet with --size-mm, or "
+            "the size of a pixel with --pixel-um."
         )
     if layout.tile_mm is not None:
         cols, rows = (max(1, round(side * scale / layout.tile_mm)) for side in (width, height))

@@ -1,6 +1,7 @@
 """Where there is tissue: a mask from an image or polygons, or found in the picture, and its outline."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +34,8 @@ def read_mask(path: Path, width: int, height: int) -> NDArray[np.bool_]:
         image = read(path)
         if (image.width, image.height) != (width, height):
             raise TissueError(
-                f"{path}: the mask has {image.width}x{image.height} pixels, but the picture {width}x{height}; "
-                "both must agree."
+                f"{path}: the mask has {image.width}x{image.height} pixels, but the picture "
+                f"{width}x{height}; both must agree."
             )
         values = image.pixels if image.pixels.ndim == 2 else image.pixels.max(axis=2)
         mask = np.nan_to_num(np.asarray(values)) > 0
@@ -50,7 +51,9 @@ def _polygons(path: Path) -> list[list[NDArray[np.float64]]]:
     try:
         found = json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError):
-        raise TissueError(f"{path}: a mask is an image (PNG, JPEG, BMP, TIFF) or polygons in GeoJSON.") from None
+        raise TissueError(
+            f"{path}: a mask is an image (PNG, JPEG, BMP, TIFF) or polygons in GeoJSON."
+        ) from None
     polygons: list[list[NDArray[np.float64]]] = []
     waiting = [found]
     while waiting:
@@ -62,8 +65,8 @@ def _polygons(path: Path) -> list[list[NDArray[np.float64]]]:
             waiting.append(part.get("geometry"))
         elif kind in ("Polygon", "MultiPolygon"):
             coordinates = part.get("coordinates") or []
-            for rings in [coordinates] if kind == "Polygon" else coordinates:
-                polygons.append([_ring(path, ring) for ring in rings])
+            several = [coordinates] if kind == "Polygon" else coordinates
+            polygons += [[_ring(path, ring) for ring in rings] for rings in several]
         else:
             raise TissueError(f"{path}: holds {kind or 'no GeoJSON'} where polygons are needed.")
     if not polygons:
@@ -157,11 +160,13 @@ def outline(field: Field, tolerance: float) -> list[list[list[tuple[float, float
     for corners, starts in zip(points, offsets, strict=True):
         # Columns and rows of cells, counted with the cell that was padded.
         place = field.origin + (corners[:, :1] - 1) * field.right + (corners[:, 1:] - 1) * field.down
-        rings = [place[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+        rings = [place[a:b] for a, b in pairwise(starts.tolist())]
         area = shapely.Polygon(rings[0], rings[1:]).buffer(0).simplify(tolerance)
-        for part in shapely.get_parts(area).tolist():
-            if part.geom_type == "Polygon" and part.area > 4 * tolerance**2:
-                polygons.append([list(map(tuple, ring.coords)) for ring in (part.exterior, *part.interiors)])
+        polygons += [
+            [list(map(tuple, ring.coords)) for ring in (part.exterior, *part.interiors)]
+            for part in shapely.get_parts(area).tolist()
+            if part.geom_type == "Polygon" and part.area > 4 * tolerance**2
+        ]
     count = sum(len(ring) for rings in polygons for ring in rings)
     if not polygons:
         raise TissueError("--outline: nothing is left of the mask.")

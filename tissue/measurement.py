@@ -1,7 +1,8 @@
 """What was measured, before it is tiled; the same for images and volumes."""
 
+import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,6 @@ class Measurement:
     backdrop: NDArray[np.float32]
     backdrop_cells: tuple[float, float]
     source: str
-    facts: dict[str, Any] = field(default_factory=dict)
+    facts: dict[str, Any] = dataclasses.field(default_factory=dict)
     said: tuple[str, ...] = ()
     masked: bool = False

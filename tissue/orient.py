@@ -85,8 +85,8 @@ def orient(measured: Measurement, layout: Layout) -> Oriented:
     tile_mm = (round(tiles.side[0] * division.scale_mm, 6), round(tiles.side[1] * division.scale_mm, 6))
     if layout.spacing_mm > min(tile_mm) / 2:
         said.append(
-            f"toolpaths {layout.spacing_mm:g} mm apart are few for tiles of {tile_mm[0]:g} x {tile_mm[1]:g} mm; "
-            "a smaller --spacing-mm or fewer tiles show more"
+            f"toolpaths {layout.spacing_mm:g} mm apart are few for tiles of {tile_mm[0]:g} x {tile_mm[1]:g} mm"
+            "; a smaller --spacing-mm or fewer tiles show more"
         )
     outline = None
     if layout.outline:
@@ -134,7 +134,8 @@ def _angles(tiles: Tiles, layout: Layout, source: str) -> tuple[NDArray[np.float
         if not measured.any():
             why = "no tile has any structure"
         elif not (measured & covered).any():
-            why = f"no tile was measured on {least:.0%} of its area, the best on {tiles.cover.max():.0%} (--min-cover)"
+            most = tiles.cover.max()
+            why = f"none was measured on {least:.0%} of its area, the best on {most:.0%} (--min-cover)"
         else:
             most = tiles.coherence[measured & covered].max()
             why = f"the most coherent one has {most:.3f}, --min-coherence is {layout.min_coherence:g}"
@@ -152,7 +153,10 @@ def _outline(
         raise TissueError(f"{source}: {error}") from None
     low, scale = tiles.low, division.scale_mm
     return [
-        [[(round((x - low[0]) * scale, 4), round((y - low[1]) * scale, 4)) for x, y in ring] for ring in rings]
+        [
+            [(round((x - low[0]) * scale, 4), round((y - low[1]) * scale, 4)) for x, y in ring]
+            for ring in rings
+        ]
         for rings in polygons
     ]
 

@@ -143,8 +143,8 @@ def refuse_bomb(path: Path, width: int, height: int) -> None:
     if width * height > MAX_PIXELS:
         raise TissueError(
             f"{path}: says that it has {width}x{height} pixels, {width * height / 1e6:.0f} million; "
-            f"{MAX_PIXELS / 1e6:.0f} million is the most that is decoded at once. Crop or shrink it, or save it "
-            "as an uncompressed TIFF, which is read in strips."
+            f"{MAX_PIXELS / 1e6:.0f} million is the most that is decoded at once. Crop or shrink it, or save "
+            "it as an uncompressed TIFF, which is read in strips."
         )
 
 

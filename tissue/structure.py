@@ -1,8 +1,8 @@
 """The structure tensor of an image, in strips: the direction in which it changes least is that of its fibres.
 
 For each pixel the products of the image's gradient (Gaussian derivatives of the scale sigma) are summed over
-cells, and smoothed with the integration scale rho. Sums are linear, so a cell of a few pixels loses nothing, and an
-image of any size is read once, strip by strip.
+cells, and smoothed with the integration scale rho. Sums are linear, so a cell of a few pixels loses nothing, and
+an image of any size is read once, strip by strip.
 """
 
 from collections.abc import Callable, Iterator
@@ -78,8 +78,8 @@ def structure_field(
     weight = np.minimum(sums[3] / cell_px**2, 1.0)
     _smooth(sums, rho_px, cell_px)
     mean = np.divide(sums[:3], sums[3], out=np.zeros_like(sums[:3]), where=counted)
-    # The library's first axis are the rows, downwards: its gradient (gr, gc) is (gc, -gr) with y up, and fibres
-    # lie across it, along (gr, gc). So its tensor is that of the fibres as it stands.
+    # The library's first axis are the rows, downwards: its gradient (gr, gc) is (gc, -gr) with y up, and
+    # fibres lie across it, along (gr, gc). So its tensor is that of the fibres as it stands.
     return Field(
         mean,
         weight,
@@ -123,7 +123,7 @@ def _without_border(weight: NDArray[np.float32], top: int, height: int, border: 
 def _finite(
     block: NDArray[np.float32], sigma_px: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """A block without NaN, and 1 for pixels whose gradient saw none, 0 for others; None if there were none."""
+    """A block without NaN, and 1 for pixels whose gradient saw none, 0 for others; None if there are none."""
     finite = np.isfinite(block)
     if finite.all():
         return block, None
@@ -133,9 +133,7 @@ def _finite(
     return filled.astype(np.float32), clear.astype(np.float32)
 
 
-def _binned(
-    products: NDArray[np.float32], weight: NDArray[np.float32], cell_px: int
-) -> NDArray[np.float64]:
+def _binned(products: NDArray[np.float32], weight: NDArray[np.float32], cell_px: int) -> NDArray[np.float64]:
     """Sums (4, rows, cols) of three products and the weight over cells; the last ones may be narrower."""
     height, width = weight.shape
     down, across = np.arange(0, height, cell_px), np.arange(0, width, cell_px)
@@ -144,7 +142,9 @@ def _binned(
         if cell_px == 1:
             found[k] = values
         else:
-            found[k] = np.add.reduceat(np.add.reduceat(values, across, axis=1), down, axis=0, dtype=np.float64)
+            found[k] = np.add.reduceat(
+                np.add.reduceat(values, across, axis=1), down, axis=0, dtype=np.float64
+            )
     return found
 
 

@@ -76,13 +76,16 @@ def _page(path: Path, file: Any, page: int | None) -> Picture:
         if opaque is not None:
             said.append(f"{path}: {1 - opaque.mean():.1%} of it are transparent and were left out")
     rgb = pixels.ndim == 3 and pixels.shape[2] == 3 and ("S" in axes or first.photometric.name == "PALETTE")
-    facts = {"format": "TIFF", "axes": axes, "size_px": [width, height], "type": str(pixels.dtype)}
+    facts: dict[str, Any] = {
+        "format": "TIFF",
+        "axes": axes,
+        "size_px": [width, height],
+        "type": str(pixels.dtype),
+    }
     if pages > 1:
         facts["page"] = chosen
     pixel = _pixel_mm(file, first)
-    return Picture(
-        pixels, pixel, rgb, opaque, white_of(pixels), str(path), hash_of(path), facts, tuple(said)
-    )
+    return Picture(pixels, pixel, rgb, opaque, white_of(pixels), str(path), hash_of(path), facts, tuple(said))
 
 
 def _pixels(
@@ -105,7 +108,9 @@ def _pixels(
             return _of_pages(series, axes, shape, page)
         # All pages are decoded together.
         if int(np.prod(shape)) > 4 * 400_000_000:
-            raise TissueError(f"{path}: has {np.prod(shape) / 1e6:.0f} million values in one piece; split it.")
+            raise TissueError(
+                f"{path}: has {np.prod(shape) / 1e6:.0f} million values in one piece; split it."
+            )
         return _plane(series.asarray(), axes, page)
     except (ValueError, ImportError) as error:
         if "imagecodecs" not in str(error):

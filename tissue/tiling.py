@@ -131,7 +131,7 @@ def _places(
     up = (at[1] + down[:, None] * field.down[1] + right * field.right[1]) / side[1]
     col = np.clip(np.floor(across).astype(np.intp), 0, cols - 1)
     row = np.clip(np.floor(up).astype(np.intp), 0, rows - 1)
-    return (row * cols + col).ravel()
+    return np.asarray((row * cols + col).ravel())
 
 
 def _deviation(

@@ -14,7 +14,9 @@ def steepness(field: Field) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     strength = (anisotropy(field.tensor) * field.weight).ravel()
     at = np.round((tilt_deg(field.tensor).ravel() + 90) / STEP_DEG).astype(np.intp) % bins
     share = np.bincount(at, strength, bins)
-    return np.arange(bins) * STEP_DEG - 90, share / max(float(share.sum()), 1e-300)
+    return np.linspace(-90, 90, bins, endpoint=False, dtype=np.float64), share / max(
+        float(share.sum()), 1e-300
+    )
 
 
 def best_turn(field: Field, max_tilt_deg: float | None = None) -> float:

@@ -12,12 +12,21 @@ from vslice.options import Decorator, Number
 if TYPE_CHECKING:
     from tissue.settings import ImageSettings, Layout, VolumeSettings
 
+IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+VOLUME_ENDINGS = (".nii", ".nii.gz")
+
 length_mm = Number(0.01, 10_000)
 angle = Number(-360, 360)
 file_path = click.Path(path_type=Path)
 
 
-class Tiles(click.ParamType):
+if TYPE_CHECKING:
+    _Type = click.ParamType[Any]
+else:  # earlier ones of click take no type
+    _Type = click.ParamType
+
+
+class Tiles(_Type):
     """COLSxROWS, or columns alone."""
 
     name = "COLS[xROWS]"
@@ -25,13 +34,13 @@ class Tiles(click.ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if isinstance(value, tuple):
             return value
-        match = re.fullmatch(r"(\d{1,5})(?:[xX×](\d{1,5}))?", str(value).strip())
+        match = re.fullmatch(r"(\d{1,5})(?:[xX](\d{1,5}))?", str(value).strip())
         if match is None or int(match[1]) == 0 or (match[2] is not None and int(match[2]) == 0):
             self.fail(f"{value!r} is no number of tiles, such as 16 or 16x12.", param, ctx)
         return int(match[1]), None if match[2] is None else int(match[2])
 
 
-class Numbers(click.ParamType):
+class Numbers(_Type):
     """Whole numbers with commas between them."""
 
     def __init__(self, name: str, count: int | None, low: int, high: int) -> None:
@@ -42,7 +51,10 @@ class Numbers(click.ParamType):
             return value
         words = str(value).split(",")
         wanted = f"{self.count} " if self.count else ""
-        if not all(re.fullmatch(r"\s*\d{1,9}\s*", word) for word in words) or self.count not in (None, len(words)):
+        if not all(re.fullmatch(r"\s*\d{1,9}\s*", word) for word in words) or self.count not in (
+            None,
+            len(words),
+        ):
             self.fail(f"{value!r} must be {wanted}whole numbers with commas between them.", param, ctx)
         numbers = tuple(map(int, words))
         if min(numbers) < self.low or max(numbers) > self.high:
@@ -50,7 +62,7 @@ class Numbers(click.ParamType):
         return numbers
 
 
-class Turn(click.ParamType):
+class Turn(_Type):
     """Degrees, or the word best."""
 
     name = "DEG|best"
@@ -63,7 +75,10 @@ _LAYOUT = (
     click.option("--tiles", type=Tiles(), help="How many tiles; rows follow the shape. By default 16."),
     click.option("--tile-mm", type=length_mm, metavar="MM", help="Side of a tile instead of --tiles."),
     click.option(
-        "--size-mm", type=length_mm, metavar="MM", help="Width of the sheet. By default the tissue's own size."
+        "--size-mm",
+        type=length_mm,
+        metavar="MM",
+        help="Width of the sheet. By default the tissue's own size.",
     ),
     click.option(
         "--pixel-um",
@@ -121,7 +136,9 @@ _IMAGE = (
         help="Of an image: left, top, right, bottom in pixels.",
     ),
     click.option("--sigma", type=Number(0.3, 100), metavar="PX", help="Scale of the image's gradient."),
-    click.option("--rho", type=Number(0, 10_000), metavar="PX", help="Scale over which directions are averaged."),
+    click.option(
+        "--rho", type=Number(0, 10_000), metavar="PX", help="Scale over which directions are averaged."
+    ),
     click.option("--auto-mask", is_flag=True, help="Of an image: leave out what has no structure."),
     click.option(
         "--mask", type=file_path, metavar="FILE", help="What counts: an image of the same size, or GeoJSON."
@@ -152,23 +169,43 @@ _TABLE = (
         help="Where a table begins. By default at the top.",
     ),
 )
-LAYOUT = ("tiles", "tile_mm", "size_mm", "pixel_um", "spacing_mm", "rotate", "flip", "max_tilt")
-LAYOUT += ("min_coherence", "min_cover", "outline")
+_SIZES = ("tiles", "tile_mm", "size_mm", "pixel_um", "spacing_mm")
+LAYOUT = (*_SIZES, "rotate", "flip", "max_tilt", "min_coherence", "min_cover", "outline")
 IMAGE = ("channel", "stain", "page", "crop", "sigma", "rho", "auto_mask")
 VOLUME = ("plane", "slice_index", "fa", "min_fa", "bval", "bvec", "vectors")
 TABLE = ("unit", "rows_from")
 ALL = (*LAYOUT, *IMAGE, "mask", *VOLUME, *TABLE)
 
 
-def measuring_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """All options of what is measured."""
-    return _declared(command, (*_LAYOUT, *_IMAGE, *_VOLUME, *_TABLE))
+def measuring_options(*, shown: tuple[str, ...] | None = None) -> Decorator:
+    """All options of what is measured.
+
+    Args:
+        shown: those that the help tells of; None for all.
+    """
+
+    def declare(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed((*_LAYOUT, *_IMAGE, *_VOLUME, *_TABLE)):
+            command = option(command)
+        if shown is not None:
+            for parameter in command.__click_params__:  # type: ignore[attr-defined]
+                if parameter.name in ALL and parameter.name not in shown:
+                    parameter.hidden = True
+        return command
+
+    return declare
 
 
-def _declared(command: Callable[..., Any], options: tuple[Decorator, ...]) -> Callable[..., Any]:
-    for option in reversed(options):
-        command = option(command)
-    return command
+def measured_kind(file: Path) -> str | None:
+    """Whether a file is an image or a volume, by its name or its first bytes; None for neither."""
+    name = file.name.lower()
+    if name.endswith(VOLUME_ENDINGS):
+        return "volume"
+    if file.is_file():
+        from tissue.picture import kind_of
+
+        return "image" if kind_of(file) is not None else None
+    return "image" if name.endswith(IMAGE_ENDINGS) else None
 
 
 def layout_of(asked: Mapping[str, Any], spacing_mm: float) -> "Layout":
@@ -182,10 +219,11 @@ def layout_of(asked: Mapping[str, Any], spacing_mm: float) -> "Layout":
     for one, other, why in (
         ("tiles", "tile_mm", "one says how many tiles, the other how large"),
         ("rotate", "max_tilt", "each says by how much to turn"),
-        ("size_mm", "pixel_um", "each says how large the sheet is"),
     ):
         if asked[one] is not None and asked[other] is not None:
-            raise click.UsageError(f"--{one.replace('_', '-')} and --{other.replace('_', '-')}: {why}; give one.")
+            raise click.UsageError(
+                f"--{one.replace('_', '-')} and --{other.replace('_', '-')}: {why}; give one."
+            )
     return Layout(
         tiles=asked["tiles"],
         tile_mm=asked["tile_mm"],
