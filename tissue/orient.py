@@ -85,8 +85,8 @@ def orient(measured: Measurement, layout: Layout) -> Oriented:
     tile_mm = (round(tiles.side[0] * division.scale_mm, 6), round(tiles.side[1] * division.scale_mm, 6))
     if layout.spacing_mm > min(tile_mm) / 2:
         said.append(
-            f"toolpaths {layout.spacing_mm:g} mm apart are few for tiles of {tile_mm[0]:g} x {tile_mm[1]:g} mm"
-            "; a smaller --spacing-mm or fewer tiles show more"
+            f"few toolpaths {layout.spacing_mm:g} mm apart fit tiles of {tile_mm[0]:g}x{tile_mm[1]:g} mm: "
+            "a smaller --spacing-mm or fewer tiles show more"
         )
     outline = None
     if layout.outline:

@@ -1,8 +1,8 @@
 """The structure tensor of an image, in strips: the direction in which it changes least is that of its fibres.
 
 For each pixel the products of the image's gradient (Gaussian derivatives of the scale sigma) are summed over
-cells, and smoothed with the integration scale rho. Sums are linear, so a cell of a few pixels loses nothing, and
-an image of any size is read once, strip by strip.
+cells, and smoothed with the integration scale rho. Sums are linear, so a cell of a few pixels loses nothing,
+and an image of any size is read once, strip by strip.
 """
 
 from collections.abc import Callable, Iterator

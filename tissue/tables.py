@@ -45,7 +45,7 @@ def read_table(path: Path, unit: Unit | None, rows_from: str) -> tuple[NDArray[n
     if unit == "radians":
         if most > 2 * math.pi + 1e-6:
             raise TissueError(
-                f"{path}: has {most:g} as an angle, more than a turn in radians (2π = {2 * math.pi:.4f}); are "
+                f"{path}: has {most:g} as an angle, more than a turn in radians, {2 * math.pi:.4f}; are "
                 "they degrees? Then leave out --unit radians."
             )
         angles = np.degrees(angles)

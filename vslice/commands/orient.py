@@ -184,7 +184,8 @@ def _sweep_table(rows: list[dict[str, float]]) -> str:
     lines = ["".join(f"{head:>12}" for head in heads)]
     lines += [
         f"{row['cols']:>12.0f}{row['tile_mm']:>9.3g} mm{row['deviation_deg']:>11.1f}°"
-        f"{row['toolpaths']:>12.0f}{row['printed_mm']:>9.0f} mm{row['travel_mm']:>9.0f} mm{row['time_s']:>10.0f} s"
+        f"{row['toolpaths']:>12.0f}{row['printed_mm']:>9.0f} mm{row['travel_mm']:>9.0f} mm"
+        f"{row['time_s']:>10.0f} s"
         for row in rows
     ]
     return "\n".join(lines)
