@@ -178,7 +178,7 @@ def split_alpha(pixels: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_] |
 
 def white_of(pixels: NDArray[Any]) -> float:
     """Full brightness: of integers the largest that their type holds, of floats the largest there is."""
-    if pixels.dtype == np.bool_:
+    if pixels.dtype.kind not in "uif":
         return 1.0
     if pixels.dtype.kind in "ui":
         return float(np.iinfo(pixels.dtype).max)

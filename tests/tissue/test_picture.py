@@ -158,8 +158,8 @@ def test_pages_and_channels_of_a_stack(tmp_path):
     assert axial(tilts(path, page=2, channel="0"), 50).max() < 0.5
     path = save_tiff(tmp_path / "o.ome.tif", hyper, metadata={"axes": "ZCYX"}, compression="zlib")
     assert axial(tilts(path, page=2, channel="1"), 60).max() < 0.5
+    Image.fromarray(BYTES).save(tmp_path / "a.png")
     with pytest.raises(TissueError, match="a PNG has page 0 alone"):
-        Image.fromarray(BYTES).save(tmp_path / "a.png")
         read(tmp_path / "a.png", page=1)
 
 
@@ -247,3 +247,27 @@ def test_without_a_size_nothing_is_guessed(tmp_path):
     layout = Layout(pixel_mm=0.05)
     made = orient(measure_image(tmp_path / "a.png", ImageSettings(), layout), layout)
     assert made.sheet.tile_mm == pytest.approx((240 * 0.05 / 16, 180 * 0.05 / 12))
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_common_compressions_need_no_library_of_codecs(tmp_path, kind):
+    values = (PICTURE * np.iinfo(kind).max).astype(kind)
+    for compression in ("tiff_lzw", "tiff_adobe_deflate", "packbits"):
+        Image.fromarray(values).save(tmp_path / "a.tif", compression=compression)
+        np.testing.assert_array_equal(read(tmp_path / "a.tif").pixels, values)
+
+
+def test_a_compression_that_nothing_reads_is_named(tmp_path, monkeypatch):
+    import tifffile
+
+    def missing(*_, **__):
+        raise ValueError("<COMPRESSION.ZSTD: 50000> requires the 'imagecodecs' package")
+
+    path = save_tiff(
+        tmp_path / "a.tif", np.stack([BYTES, BYTES]), compression="zlib", photometric="minisblack"
+    )
+    monkeypatch.setattr(tifffile.TiffPage, "asarray", missing)
+    with pytest.raises(
+        TissueError, match="is compressed by ADOBE_DEFLATE; to read it: pip install imagecodecs"
+    ):
+        read(path)

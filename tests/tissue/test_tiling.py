@@ -14,7 +14,7 @@ def field_of(angles_deg, weight=None):
     """A field with a fibre of length 1 in each cell of side 1, the first row at the top."""
     angles = np.radians(np.asarray(angles_deg, float))
     c, s = np.cos(angles), np.sin(angles)
-    rows, cols = angles.shape
+    rows = len(angles)
     weight = np.ones(angles.shape) if weight is None else np.asarray(weight, float)
     return Field(
         np.stack([c * c, s * s, c * s]),
