@@ -1,4 +1,4 @@
-"""Own toolpaths from JSON and CSV, and regions from GeoJSON: what such files hold, and what is wrong with one."""
+"""Own toolpaths from JSON and CSV, and regions from GeoJSON: what such files hold, and what is wrong."""
 
 import csv
 from typing import Any

@@ -100,7 +100,7 @@ def hatch(grid: Grid) -> Hatch:
 
 
 def _drawn(sheet: DrawnSheet) -> Hatch:
-    """The toolpaths of a sheet without tiles, its own or those of its regions; nothing lies below the first."""
+    """The toolpaths of a sheet without tiles, its own or its regions'; nothing lies below the first."""
     if not sheet.parts:
         return Hatch(sheet.segments, np.stack([sheet.group, np.zeros_like(sheet.group)], axis=1), 0)
     filled = [hatch(part) for part in sheet.parts]
