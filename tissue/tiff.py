@@ -1,5 +1,6 @@
 """TIFF: several pages and channels, and the pixel sizes of resolution tags, ImageJ and OME."""
 
+import math
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from tissue.errors import TissueError
 from tissue.libraries import library
 from tissue.picture import (
+    MAX_PIXELS,
     SCREEN_DPI,
     Picture,
     hash_of,
@@ -20,6 +22,8 @@ from tissue.picture import (
     white_of,
 )
 
+MAX_VALUES = 4 * MAX_PIXELS
+"""Most values of a stack whose pages must be decoded together."""
 MM = {
     "nm": 1e-6, "µm": 1e-3, "μm": 1e-3, "um": 1e-3, "micron": 1e-3, "microns": 1e-3, "micrometer": 1e-3,
     "mm": 1.0, "millimeter": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "inches": 25.4, "in": 25.4,
@@ -107,9 +111,9 @@ def _pixels(
         if len(series.pages) == per_page > 1:
             return _of_pages(series, axes, shape, page)
         # All pages are decoded together.
-        if int(np.prod(shape)) > 4 * 400_000_000:
+        if math.prod(shape) > MAX_VALUES:
             raise TissueError(
-                f"{path}: has {np.prod(shape) / 1e6:.0f} million values in one piece; split it."
+                f"{path}: has {math.prod(shape) / 1e6:.0f} million values in one piece; split it."
             )
         return _plane(series.asarray(), axes, page)
     except (ValueError, ImportError) as error:
