@@ -15,6 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from slicer.clip import BORDER_MM, RESOLUTION_MM
+from slicer.drawn import DrawnSheet
 from slicer.grid import Grid
 from slicer.hatch import directions
 from slicer.outline import area_of
@@ -67,6 +68,12 @@ def shortfalls(lines: NDArray[np.float64], grid: Grid) -> list[Short]:
     Args:
         lines: float64 (n, 2, 2), what is printed, in the grid's frame.
     """
+    if isinstance(grid, DrawnSheet):  # own toolpaths fill no area
+        return [
+            short._replace(col=k, row=0)
+            for k, part in enumerate(grid.parts)
+            for short in shortfalls(lines, part)
+        ]
     tiles = _tiles(grid)
     if len(tiles.col) == 0:
         return []

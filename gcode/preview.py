@@ -22,6 +22,7 @@ from gcode.strokes import motions, prime_strokes
 from profiles import Profile
 
 if TYPE_CHECKING:  # shapely, and what compiles the routing
+    from slicer.drawn import DrawnSheet
     from slicer.grid import Grid
     from slicer.travel import Plan
 
@@ -115,6 +116,10 @@ def not_drawn(moves: list[Move], profile: Profile) -> list[Move]:
 
 def draw_grid(grid: "Grid", *, show: Literal["tilts", "toolpaths"] = "tilts") -> Figure:
     """The tilt of every tile as a short stroke, or the toolpaths that fill the tiles."""
+    from slicer.drawn import DrawnSheet
+
+    if isinstance(grid, DrawnSheet):
+        return _draw_drawn(grid)
     width, height = grid.cols * grid.tile_mm[0], grid.rows * grid.tile_mm[1]
     figure, axes = _sheet(grid.origin_mm, width, height)
     x = grid.origin_mm[0] + np.arange(grid.cols + 1) * grid.tile_mm[0]
@@ -136,6 +141,25 @@ def draw_grid(grid: "Grid", *, show: Literal["tilts", "toolpaths"] = "tilts") ->
         title = f"{len(lines)} toolpaths"
     axes.add_collection(LineCollection(list(lines), colors=EXTRUSION, linewidths=_thin(len(lines))))
     axes.set_title(title)
+    return figure
+
+
+def _draw_drawn(sheet: "DrawnSheet") -> Figure:
+    """The toolpaths of a sheet without tiles, and the borders of its regions."""
+    from slicer.hatch import hatch
+
+    lines = hatch(sheet).segments
+    low, high = lines.min(axis=(0, 1), initial=np.inf), lines.max(axis=(0, 1), initial=-np.inf)
+    if len(lines) == 0:
+        low, high = np.zeros(2), np.ones(2)
+    figure, axes = _sheet((float(low[0]), float(low[1])), *(high - low).tolist())
+    for part in sheet.parts:
+        for rings in part.outline_mm or []:
+            axes.add_collection(
+                LineCollection([[*ring, ring[0]] for ring in rings], colors="0.4", linewidths=1)
+            )
+    axes.add_collection(LineCollection(list(lines), colors=EXTRUSION, linewidths=_thin(len(lines))))
+    axes.set_title(f"{len(lines)} toolpaths")
     return figure
 
 

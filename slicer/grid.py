@@ -83,19 +83,31 @@ def from_bytes(data: bytes, *, source: str = "grid") -> Grid:
     except UnicodeDecodeError as error:
         wrong = f"is no text: byte 0x{data[error.start]:02x} at offset {error.start} is not UTF-8."
         raise GridError(source, [wrong]) from None
-    return replace(loads(text, source=source), sha256=hashlib.sha256(data).hexdigest())
+    if source.lower().endswith(".csv"):
+        from slicer.drawn_files import from_csv
+
+        sheet: Grid = from_csv(text, source)
+    else:
+        sheet = loads(text, source=source)
+    return replace(sheet, sha256=hashlib.sha256(data).hexdigest())
 
 
 def loads(text: str, *, source: str = "grid") -> Grid:
     """Make a ``Grid`` of the JSON text of a grid file; ``source`` is named in messages.
 
     Angles are folded into (-90, 90], outlines that touch or cross themselves are repaired; what the user
-    should know of it stands in ``warnings``.
+    should know of it stands in ``warnings``. Own toolpaths and regions become a ``DrawnSheet``.
 
     Raises:
         GridError: the text is no JSON or no grid.
     """
-    checked = parse(_json(text, source), source)
+    data = _json(text, source)
+    if isinstance(data, dict) and ("segments" in data or "type" in data):
+        from slicer import drawn_files
+
+        if drawn_files.is_drawn(data):
+            return drawn_files.from_json(data, source)
+    checked = parse(data, source)
     angles = np.array(
         [[np.nan if angle is None else angle for angle in row] for row in checked.angles_deg], np.float64
     )

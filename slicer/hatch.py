@@ -7,6 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from slicer.clip import RESOLUTION_MM, Rows, TooManyCrossingsError, clip
+from slicer.drawn import DrawnSheet, with_first_printable
 from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.outline import area_of
@@ -46,6 +47,8 @@ def hatch(grid: Grid) -> Hatch:
         SlicerError: the spacing is so small that there would be more than ``MAX_LINES`` lines, or the
             outline crosses them too often.
     """
+    if isinstance(grid, DrawnSheet):
+        return _drawn(grid)
     row, col = np.nonzero(~np.isnan(grid.angles_deg))
     width, height = grid.tile_mm
     along = directions(grid.angles_deg[row, col], float(np.hypot(width, height)))
@@ -94,6 +97,18 @@ def hatch(grid: Grid) -> Hatch:
     once = _once_on_borders(ends, keep & straight_up_or_level, max(grid.tile_mm))
     tile = np.stack([col, row], axis=1).astype(np.int32)
     return Hatch(ends[once & keep], tile[of[owner[once & keep]]], int((once & real & ~keep).sum()))
+
+
+def _drawn(sheet: DrawnSheet) -> Hatch:
+    """The toolpaths of a sheet without tiles, its own or its regions'; nothing lies below the first."""
+    if not sheet.parts:
+        return Hatch(sheet.segments, np.stack([sheet.group, np.zeros_like(sheet.group)], axis=1), 0)
+    filled = [hatch(part) for part in sheet.parts]
+    segments = np.concatenate([lines.segments for lines in filled])
+    region = np.repeat(np.arange(len(filled), dtype=np.int32), [len(lines.segments) for lines in filled])
+    order = with_first_printable(segments) if len(segments) else np.empty(0, np.intp)
+    tile = np.stack([region, np.zeros_like(region)], axis=1)[order]
+    return Hatch(segments[order], tile, sum(lines.dropped for lines in filled))
 
 
 def directions(angles_deg: NDArray[np.float64], diagonal_mm: float) -> NDArray[np.float64]:

@@ -8,12 +8,13 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ARROWS = {
-    "vslice": {"gcode", "slicer", "printer", "profiles", "dialect"},
+    "vslice": {"gcode", "slicer", "printer", "profiles", "dialect", "tissue"},
     "gcode": {"slicer", "profiles", "dialect"},
     "slicer": set(),
     "printer": {"dialect"},
     "profiles": {"dialect"},
     "dialect": set(),
+    "tissue": {"slicer"},
 }
 SEQUENCE = ROOT / "slicer" / "sequence"
 INNER = {
@@ -47,6 +48,16 @@ def test_package_imports_only_what_its_arrows_allow(package):
     for module in modules:
         arrows = (imported_packages(module.read_text()) & set(ARROWS)) - {package}
         assert arrows <= ARROWS[package], f"{module.relative_to(ROOT)} imports {arrows - ARROWS[package]}"
+
+
+def test_tissue_knows_of_the_slicer_the_grid_alone():
+    for module in sorted((ROOT / "tissue").glob("*.py")):
+        for node in ast.walk(ast.parse(module.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "slicer":
+                names = {f"{node.module}.{alias.name}" for alias in node.names}
+                assert names <= {"slicer.grid", "slicer.grid.Grid"}, module.name
+            if isinstance(node, ast.Import):
+                assert not any(alias.name.startswith("slicer") for alias in node.names), module.name
 
 
 def test_the_reader_sees_imports_inside_functions():

@@ -14,7 +14,8 @@ from vslice.terminal.failure import report
 
 # One line of help a command, so that `vslice --help` imports none of them.
 COMMANDS = {
-    "slice": "Turn a grid of fibre angles into G-code (the default command).",
+    "slice": "Turn a grid of fibre angles, or an image, into G-code (the default command).",
+    "orient": "Measure fibre angles in an image, a diffusion volume or a table.",
     "generate": "Write a random grid of fibre angles.",
     "preview": "Draw a grid or a program as a picture.",
     "check": "Replay a program and verify that it can be printed.",

@@ -199,7 +199,7 @@ def _in_its_unit(objective: str, plan: Plan, made: program.Program) -> float:
 
 
 def slice_grid(
-    grid_file: Path,
+    grid_file: Path | Grid,
     profile_name: str,
     overrides: tuple[str, ...],
     *,
@@ -207,10 +207,10 @@ def slice_grid(
     step: Callable[[str], None],
     progress: Callable[[Progress], None] | None = None,
 ) -> Sliced:
-    """Turn a grid file into a program.
+    """Turn a grid into a program.
 
     Args:
-        grid_file: - is standard input.
+        grid_file: - is standard input; or a grid that was read or measured before.
         step: told what begins.
         progress: told how the search for an order goes.
     """
@@ -220,7 +220,7 @@ def slice_grid(
     except BuildVolumeError as error:
         raise ProfileError(f"{profile_name}: {error}.") from None
     step("reading")
-    sheet = read_grid(grid_file)
+    sheet = grid_file if isinstance(grid_file, Grid) else read_grid(grid_file)
     step("hatching")
     lines = hatched(sheet)
     # Said before the search, which takes minutes for a large sheet; where travels go is not known until then.

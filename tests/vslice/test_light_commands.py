@@ -14,6 +14,7 @@ try:
 except SystemExit as end:
     assert not end.code, end.code
 heavy = ("numba", "llvmlite", "scipy", "matplotlib", "shapely")
+heavy += ("tissue", "structure_tensor", "tifffile", "nibabel", "dipy", "skimage")
 print(*[name for name in heavy if name in sys.modules], file=sys.stderr)
 """
 GRID = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
@@ -24,6 +25,7 @@ GRID = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
     [
         ("--help", ""),
         ("slice --help", ""),
+        ("orient --help", ""),
         ("check part.gcode", ""),
         ("check part.gcode --grid grid.json", "shapely"),
         ("send part.gcode --dry-run --quiet", ""),
@@ -43,6 +45,18 @@ def test_only_what_is_needed_is_loaded(run, words, needed):
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr.splitlines()[-1].strip() == needed
+
+
+def test_a_grid_is_sliced_without_what_measures_tissue(run):
+    Path("grid.json").write_text(GRID)
+    words = ("grid.json", "-o", "part.gcode", "--method", "greedy")
+    code = RUN.replace('heavy = ("numba", "llvmlite", "scipy", "matplotlib", "shapely")', "heavy = ()")
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    # The first bytes of the file were looked at, and nothing was imported for more.
+    assert done.stderr.splitlines()[-1].strip() in ("", "tissue")
 
 
 def test_a_folder_with_the_name_of_a_command_hides_no_command(run):

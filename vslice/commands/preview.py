@@ -166,8 +166,8 @@ def _say_gaps(gaps: "list[Move]") -> None:
 
 
 def _is_grid(file: Path) -> bool:
-    if not file.is_file():
-        return file.suffix == ".json"  # its reader says that it is missing
+    if not file.is_file() or file.suffix.lower() == ".csv":
+        return file.suffix in (".json", ".csv", ".geojson")  # its reader says what is wrong
     with file.open("rb") as head:
         return begins_as_grid(head.read(64))
 

@@ -1,8 +1,8 @@
-"""``vslice slice``: a grid of fibre angles becomes G-code."""
+"""``vslice slice``: a grid of fibre angles, or an image in which they are measured, becomes G-code."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -28,10 +28,12 @@ from vslice.options import (
     start_option,
     with_nozzle,
 )
+from vslice.orient_options import ALL, measured_kind, measuring_options
 from vslice.pressed import pressed
-from vslice.terminal.session import common, progress, say, so_far, warnings_said
+from vslice.terminal.session import Steps, common, progress, say, so_far, warnings_said
 
 if TYPE_CHECKING:  # it imports all that is heavy
+    from slicer.grid import Grid
     from slicer.sequence import Result
     from vslice.pipeline import Sliced
     from vslice.printable import Conflicts
@@ -77,6 +79,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
 )
 @click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")
 @click.option("--port", metavar="PORT", help="With --send: as for 'vslice send'.")
+@measuring_options(shown=("tiles", "size_mm"))
 @common
 def command(
     grid_file: Path,
@@ -94,8 +97,11 @@ def command(
     workers: int,
     send: bool,
     port: str | None,
+    **asked: Any,
 ) -> None:
     """Turn a grid of fibre angles into G-code; - reads the grid from standard input.
+
+    An image or a volume is measured first, with all options of 'vslice orient' that say how.
 
     Toolpaths are hatched into the tiles, put into an order in which each is laid after all that lies
     below it or would stand in the nozzle's way, and joined by travels that pass over what is printed.
@@ -116,6 +122,9 @@ def command(
         check_name(port)  # rather than behind a long search
     ignored = (IGNORED_STRAIGHT if objective == "straight" else IGNORED).get(method, ())
     no_effect(f"--method {method}", *(name for name in ignored if name != "workers" or workers > 1))
+    measured = not piped and measured_kind(grid_file) is not None
+    if not measured:
+        no_effect("a grid", *ALL)
     restart = target is not None and _may_lose_job(target, send)
     from slicer.sequence.problem import unit_of
     from vslice.objective import objective_name
@@ -124,11 +133,11 @@ def command(
     overrides = with_nozzle(nozzle_name, overrides)
     unit = unit_of(objective_name(objective))
     search = Search(method, effort, objective, start, conflicts, seed, time_limit_s, workers)
-    with progress(6) as step, compiling() as first_run, warnings_said():
+    with progress(8 if measured else 6) as step, compiling() as first_run, warnings_said():
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
         sliced = slice_grid(
-            grid_file,
+            _measured(grid_file, profile_name, overrides, asked, step) if measured else grid_file,
             profile_name,
             overrides,
             search=search,
@@ -147,6 +156,19 @@ def command(
 
         check(target, sliced.profile)
         click.get_current_context().exit(send_file(target, port, sliced.profile, "", restart))
+
+
+def _measured(
+    file: Path, profile_name: str, overrides: tuple[str, ...], asked: Mapping[str, Any], step: Steps
+) -> "Grid":
+    """The grid that is measured in a file; toolpaths are as far apart as the profile's lines are wide."""
+    import profiles
+    from vslice.orienting import measure, rows_of
+
+    width = profiles.load(profile_name, overrides).material.width_mm
+    sheet = measure(file, asked, spacing_mm=width, step=step)
+    say(_table(rows_of(sheet)))
+    return sheet.grid
 
 
 def _may_lose_job(target: Path, send: bool) -> bool:

@@ -24,8 +24,10 @@ WRONG_INPUT = {
     "JournalError",
     "ResumeError",
     "PortNameError",
+    "TissueError",
+    "MissingLibraryError",
 }
-OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice"}
+OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice", "tissue"}
 
 
 class InputError(click.ClickException):
