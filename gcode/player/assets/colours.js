@@ -5,7 +5,8 @@ const RAMP = [[68, 1, 84], [72, 40, 120], [62, 74, 137], [49, 104, 142], [38, 13
 const KINDS = [[86, 180, 233], [0, 158, 115], [230, 159, 0], [204, 121, 167], [240, 228, 66], [213, 94, 0], [0, 114, 178], [150, 150, 150]];
 
 function ramp(share) {
-  const at = Math.min(1, Math.max(0, share)) * (RAMP.length - 1), k = Math.min(Math.floor(at), RAMP.length - 2);
+  // The darkest is not to be told from a dark ground, nor the lightest from a light one.
+  const at = (0.12 + 0.82 * Math.min(1, Math.max(0, share))) * (RAMP.length - 1), k = Math.min(Math.floor(at), RAMP.length - 2);
   return RAMP[k].map((value, c) => Math.round(value + (at - k) * (RAMP[k + 1][c] - value)));
 }
 

@@ -98,7 +98,7 @@ class Player {
     const [slow, quick] = difference > 0 ? [b, a] : [a, b];
     const by = Math.abs(difference), words = by < 100 ? `${by.toFixed(1)} s` : clock(by);
     return `${slow.name} needs ${words} longer than ${quick.name} (${(100 * by / quick.total).toFixed(0)} %): ` +
-      `${slow.travelled.at(-1).toFixed(1)} mm of travel against ${quick.travelled.at(-1).toFixed(1)} mm.`;
+      `its travel is ${slow.travelled.at(-1).toFixed(1)} mm, that of the other ${quick.travelled.at(-1).toFixed(1)} mm.`;
   }
 
   seek(time) {

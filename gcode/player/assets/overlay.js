@@ -1,6 +1,7 @@
 // What moves above the print: the bead being laid, the travel under way, the nozzle; and arrows, numbers, a scale.
 
 const NUMBERS_FROM_PX = 46, ARROWS_FROM_PX = 22, MOST_LABELS = 2500;
+const ROOM_FOR_NUMBERS_PX = 12, ROOM_FOR_ARROWS_PX = 8; // height of a bead
 
 function drawMoment(ctx, pane, at, colours) {
   const { track, view, nozzle } = pane, { step } = at;
@@ -74,7 +75,7 @@ function drawLabels(ctx, pane, colours) {
     const found = [];
     strips.near(view.box, track.n, (k, x0, y0, x1, y1) => {
       const length = Math.hypot(x1 - x0, y1 - y0) * view.scale;
-      if (length >= ARROWS_FROM_PX && track.height[k] * view.scale >= 5 && found.length <= MOST_LABELS) found.push([k, x0, y0, x1, y1, length]);
+      if (length >= ARROWS_FROM_PX && track.height[k] * view.scale >= ROOM_FOR_ARROWS_PX && found.length <= MOST_LABELS) found.push([k, x0, y0, x1, y1, length, track.height[k] * view.scale]);
     });
     if (found.length <= MOST_LABELS) {
       ctx.font = "11px system-ui, sans-serif";
@@ -89,7 +90,7 @@ function drawLabels(ctx, pane, colours) {
   return drawn;
 }
 
-function label(ctx, view, [k, x0, y0, x1, y1, length], colours) {
+function label(ctx, view, [k, x0, y0, x1, y1, length, room], colours) {
   const [ax, ay] = view.px(x0, y0), [bx, by] = view.px(x1, y1);
   const dx = (bx - ax) / length, dy = (by - ay) / length;
   const tx = ax + (bx - ax) * 0.7, ty = ay + (by - ay) * 0.7;
@@ -101,7 +102,7 @@ function label(ctx, view, [k, x0, y0, x1, y1, length], colours) {
     ctx.lineTo(tx - 5 * dx + 4 * dy, ty - 5 * dy - 4 * dx);
     ctx.stroke();
   }
-  if (length < NUMBERS_FROM_PX) return;
+  if (length < NUMBERS_FROM_PX || room < ROOM_FOR_NUMBERS_PX) return;
   const mx = ax + (bx - ax) * 0.35, my = ay + (by - ay) * 0.35, text = String(k + 1);
   ctx.lineWidth = 3; ctx.strokeStyle = colours.halo; ctx.strokeText(text, mx, my);
   ctx.fillStyle = colours.ink; ctx.fillText(text, mx, my);
@@ -110,7 +111,7 @@ function label(ctx, view, [k, x0, y0, x1, y1, length], colours) {
 function scaleBar(ctx, view, colours) {
   const raw = 90 / view.scale, power = 10 ** Math.floor(Math.log10(raw));
   const mm = [5, 2, 1].map((m) => m * power).find((m) => m <= raw) || power, wide = mm * view.scale;
-  const y = view.height - 12;
+  const y = 22;
   ctx.strokeStyle = colours.ink; ctx.lineWidth = 1.5;
   ctx.beginPath(); ctx.moveTo(12, y - 4); ctx.lineTo(12, y); ctx.lineTo(12 + wide, y); ctx.lineTo(12 + wide, y - 4); ctx.stroke();
   ctx.font = "11px system-ui, sans-serif"; ctx.textAlign = "left"; ctx.textBaseline = "bottom"; ctx.fillStyle = colours.ink;

@@ -1,14 +1,27 @@
 // Draws what has been printed, each step once: a frame of a print under way adds what is new to the one before.
 
+//
+// Each bead is six vertices that find it in textures by their number. Instances would be simpler, but drivers that
+// draw in software begin each one anew: 100,000 of them take seconds, this a tenth of one.
+
+const ACROSS = 2048; // texels of a row
+
 const VERTEX = `#version 300 es
-in vec4 ends; in float half_mm; in vec4 colour;
+precision highp float;
+uniform highp sampler2D ends_of, colour_of; // by bead: x0, y0, x1, y1 in mm; r, g, b
+uniform highp sampler2D half_of;            // half its width in mm; negative: a travel
 uniform vec3 view;      // centre in mm, pixels a mm
 uniform vec2 size;      // in pixels
 uniform vec2 thin;      // half the least width of a bead and of a travel, in pixels; 0: none is drawn
 uniform vec4 override;  // a colour for all, where its alpha is above 0
 out vec4 tint; out vec3 along; out float radius;
 void main() {
-  vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 2.0 - 1.0;
+  int bead = gl_VertexID / 6, turn = gl_VertexID - 6 * bead;
+  ivec2 place = ivec2(bead % ${ACROSS}, bead / ${ACROSS});
+  vec4 ends = texelFetch(ends_of, place, 0);
+  float half_mm = texelFetch(half_of, place, 0).r;
+  int id = turn < 3 ? turn : 6 - turn; // 0 1 2, 3 2 1
+  vec2 corner = vec2(float(id & 1), float(id >> 1)) * 2.0 - 1.0;
   bool travel = half_mm < 0.0;
   radius = travel ? thin.y : max(half_mm * view.z, thin.x);
   if (radius <= 0.0) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
@@ -18,7 +31,7 @@ void main() {
   float reach = radius + 1.0;
   vec2 at = (corner.x < 0.0 ? a - d * reach : b + d * reach) + vec2(-d.y, d.x) * corner.y * reach;
   along = vec3(corner.x < 0.0 ? -reach : length_px + reach, corner.y * reach, length_px);
-  tint = override.a > 0.0 ? override : colour;
+  tint = override.a > 0.0 ? override : texelFetch(colour_of, place, 0);
   gl_Position = vec4(at / size * 2.0, 0.0, 1.0);
 }`;
 const FRAGMENT = `#version 300 es
@@ -58,44 +71,58 @@ class GlPainter {
     }
     gl.linkProgram(program);
     gl.useProgram(program);
-    this.at = Object.fromEntries(["ends", "half_mm", "colour"].map((name) => [name, gl.getAttribLocation(program, name)]));
-    this.is = Object.fromEntries(["view", "size", "thin", "override"].map((name) => [name, gl.getUniformLocation(program, name)]));
+    this.is = Object.fromEntries(["view", "size", "thin", "override", "ends_of", "half_of", "colour_of"].map((name) => [name, gl.getUniformLocation(program, name)]));
+    ["ends_of", "half_of", "colour_of"].forEach((name, unit) => gl.uniform1i(this.is[name], unit));
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    for (const place of Object.values(this.at)) { gl.enableVertexAttribArray(place); gl.vertexAttribDivisor(place, 1); }
-    this.shapes = gl.createBuffer(); this.colours = gl.createBuffer(); this.free = gl.createBuffer();
+    this.tints = gl.createTexture();
+    this.shapes = [gl.createTexture(), gl.createTexture()];
+    this.free = [gl.createTexture(), gl.createTexture()];
+  }
+
+  // `parts` numbers for each of `count` beads, as a texture.
+  fill(texture, count, [inside, format, type], parts, data) {
+    const gl = this.gl, rows = Math.max(1, Math.ceil(count / ACROSS)), whole = new data.constructor(parts * ACROSS * rows);
+    whole.set(data);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.texImage2D(gl.TEXTURE_2D, 0, inside, ACROSS, rows, 0, format, type, whole);
+  }
+
+  fillShapes([ends, halves], shapes) {
+    const gl = this.gl, count = shapes.length / 5, four = new Float32Array(4 * count), one = new Float32Array(count);
+    for (let i = 0; i < count; i++) { four.set(shapes.subarray(5 * i, 5 * i + 4), 4 * i); one[i] = shapes[5 * i + 4]; }
+    gl.activeTexture(gl.TEXTURE0);
+    this.fill(ends, count, [gl.RGBA32F, gl.RGBA, gl.FLOAT], 4, four);
+    this.fill(halves, count, [gl.R32F, gl.RED, gl.FLOAT], 1, one);
+    return count;
   }
 
   // shapes: Float32Array, x0, y0, x1, y1 from `origin` and half the width (negative: a travel) of all that is drawn;
   // free: the same of the toolpaths alone, in the order in which they can be laid.
   load(origin, shapes, colours, free) {
-    const gl = this.gl;
     this.job = [origin, shapes, colours, free];
     this.origin = origin;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.shapes); gl.bufferData(gl.ARRAY_BUFFER, shapes, gl.STATIC_DRAW);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.free); gl.bufferData(gl.ARRAY_BUFFER, free, gl.STATIC_DRAW);
+    this.count = this.fillShapes(this.shapes, shapes);
+    this.freeCount = this.fillShapes(this.free, free);
     this.recolour(colours);
-    this.count = shapes.length / 5;
-    this.freeCount = free.length / 5;
   }
 
   recolour(colours) {
     const gl = this.gl;
     this.job[2] = colours;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.colours); gl.bufferData(gl.ARRAY_BUFFER, colours, gl.STATIC_DRAW);
+    gl.activeTexture(gl.TEXTURE0 + 2);
+    this.fill(this.tints, colours.length / 4, [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE], 4, colours);
   }
 
-  range(buffer, from, to, override, beads, travels) {
+  range([ends, halves], from, to, override, beads, travels) {
     if (to <= from) return;
-    const gl = this.gl, { ends, half_mm, colour } = this.at;
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.vertexAttribPointer(ends, 4, gl.FLOAT, false, 20, 20 * from);
-    gl.vertexAttribPointer(half_mm, 1, gl.FLOAT, false, 20, 20 * from + 16);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.colours);
-    gl.vertexAttribPointer(colour, 4, gl.UNSIGNED_BYTE, true, 4, override ? 0 : 4 * from);
+    const gl = this.gl;
+    [ends, halves, this.tints].forEach((texture, unit) => { gl.activeTexture(gl.TEXTURE0 + unit); gl.bindTexture(gl.TEXTURE_2D, texture); });
     gl.uniform4fv(this.is.override, override || [0, 0, 0, 0]);
     gl.uniform2f(this.is.thin, beads, travels);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, to - from);
+    gl.drawArrays(gl.TRIANGLES, 6 * from, 6 * (to - from));
   }
 
   frame(view) {

@@ -37,6 +37,7 @@ class Pane {
     this.bytes = coloursOf(track, this.drawn, this.options.colour, this.options);
     this.painter.load(middle, this.shapes, this.bytes, free);
     this.root.querySelector("h2").textContent = track.name;
+    this.root.querySelector(".body").hidden = !this.nozzle;
     this.fit();
   }
 
