@@ -1,4 +1,4 @@
-"""Flat arrays of whole numbers as text that a page unpacks: differences, byte by byte, deflated, in base 64."""
+"""Flat arrays of whole numbers as text that a page unpacks: differences by bytes, deflated, in base 64."""
 
 import base64
 import zlib
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def pack(arrays: Mapping[str, NDArray[np.integer]]) -> tuple[list[dict[str, Any]], str]:
+def pack(arrays: Mapping[str, NDArray[Any]]) -> tuple[list[dict[str, Any]], str]:
     """Arrays of at most 32 bits each as a table of what they are, and their text.
 
     Bytes (uint8) stand as they are. Of all others stand the differences to the number before, the lowest

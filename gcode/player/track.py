@@ -1,4 +1,4 @@
-"""What a page must know of a program to play it: where the nozzle is when, what it lays, and what is wrong."""
+"""What a page must know of a program to play it: where the nozzle is when, what it lays, what is wrong."""
 
 import math
 import re
@@ -91,7 +91,7 @@ class Track:
         speed, creep = counted(self.speed_mm_s, CREEP_MM_S)
         places, grain = counted(self.end_mm, GRAIN_MM)
         height, layer = counted(self.height_mm, GRAIN_MM)
-        arrays = {
+        arrays: dict[str, NDArray[Any]] = {
             "x": places[:, 0],
             "y": places[:, 1],
             "time": time,
@@ -121,7 +121,7 @@ class Track:
 
 
 def track_of(
-    moves: Sequence[Move],
+    moves: list[Move],
     profile: Profile,
     *,
     name: str,
@@ -131,15 +131,12 @@ def track_of(
     """The steps of a program, timed as ``gcode.estimate`` does.
 
     Args:
-        moves: as they were read from its text, or as ``program.build`` laid them out.
+        moves: as they were read from its text.
         name: what the page calls it.
         findings: of ``gcode.check``, to be marked.
         grid: from which it was sliced: toolpaths then know their tile.
     """
-    moves = list(moves)
     _, printing = check_feeding(moves, profile)
-    if not any(move.line for move in moves):  # laid out and never read: a step has its number
-        moves = [move._replace(line=k + 1) for k, move in enumerate(moves)]
     primes = prime_strokes(motions(moves, printing), moves, profile.motion.prime_mm)
     steps, heights = _steps(moves, printing, primes, seconds_of(moves, profile).tolist(), profile)
     table = np.array(steps, np.float64).reshape(-1, 8)
@@ -227,9 +224,7 @@ def _number(text: str, otherwise: float) -> float:
     return number if 0 < number < math.inf else otherwise
 
 
-def _tiles(
-    lines: NDArray[np.float64], grid: "Grid | None", moves: Sequence[Move]
-) -> NDArray[np.int64]:
+def _tiles(lines: NDArray[np.float64], grid: "Grid | None", moves: Sequence[Move]) -> NDArray[np.int64]:
     """The tile of the middle of each toolpath; -1 outside the grid, and nothing without one."""
     if grid is None or len(lines) == 0:
         return np.empty(0, np.int64)

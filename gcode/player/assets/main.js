@@ -21,15 +21,16 @@ class Player {
     const both = this.tracks.length > 1;
     document.body.classList.toggle("two", both);
     const mould = $("#pane"), hall = $("#panes");
-    this.panes = this.tracks.slice(0, 2).map((track, k) => {
+    const shown = both ? [0, this.tracks.length - 1] : [0];
+    this.panes = shown.map((which, k) => {
       hall.append(mould.content.cloneNode(true));
       const root = hall.lastElementChild;
       const pane = new Pane(root, this.options, { redraw: () => this.redraw(), picked: (at, n) => this.picked(at, n) });
-      this.chooser(root, pane, k);
+      this.chooser(root, pane, which);
       return pane;
     });
     this.timeline = new Timeline(document, this.panes, (time) => this.seek(time));
-    this.panes.forEach((pane, k) => { pane.resize(); pane.show(this.tracks[k]); });
+    this.panes.forEach((pane, k) => { pane.resize(); pane.show(this.tracks[shown[k]]); });
     $("#by").hidden = !both;
     $("[data-option=nozzle]").closest("label").hidden = false;
     for (const option of $("#colour").options) option.hidden = !this.tracks.some((t) => COLOURS[option.value].possible?.(t) ?? true);

@@ -2,12 +2,17 @@
 
 import html
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gcode.player.track import Track
+from gcode.parse import parse
+from gcode.player.track import Track, track_of
+from profiles import Profile
+
+if TYPE_CHECKING:
+    from gcode.program import Program
 
 SCRIPTS = (
     "track.js",
@@ -29,7 +34,7 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 
 
 def page(tracks: Sequence[Track], *, title: str = "", live: bool = False) -> str:
-    """An HTML file that plays one program, or two of several side by side.
+    """An HTML file that plays one program, or two of several side by side: at first the first and the last.
 
     Args:
         tracks: at least one.
@@ -67,6 +72,19 @@ def framed(track: Track, *, height_px: int = 620) -> str:
     return (
         f'<iframe title="{html.escape(track.name, quote=True)}" sandbox="allow-scripts" '
         f'style="width:100%;height:{height_px}px;border:0" srcdoc="{inner}"></iframe>'
+    )
+
+
+def track_of_program(program: "Program", profile: Profile, name: str, facts: Mapping[str, str]) -> Track:
+    """The track of a program that was laid out here, as if it had been written and read again.
+
+    Args:
+        facts: what its head says, see ``gcode.emit.emit``.
+    """
+    from gcode.emit import emit
+
+    return track_of(
+        list(parse(emit(program, profile, facts), plane=profile.machine.plane)), profile, name=name
     )
 
 
