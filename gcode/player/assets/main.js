@@ -6,6 +6,7 @@ const $ = (selector) => document.querySelector(selector);
 class Player {
   constructor(told) {
     this.told = told;
+    this.nozzle = { halfWidth, hindering };
     this.options = { colour: "order", travels: true, ghosts: true, next: false, labels: true, nozzle: true, hanging: false, faults: true, plain: location.hash.includes("plain") };
     this.time = 0; this.playing = false; this.speed = 1; this.by = "time";
     this.frames = 0; this.dirty = true; this.told_at = 0;
@@ -286,7 +287,7 @@ class Player {
 }
 
 const player = new Player(JSON.parse($("#header").textContent));
-window.player = player;
+window.player = player; // for whoever looks from the console, as the tests do
 player.start().catch((error) => {
   $("#broken").hidden = false;
   $("#broken").textContent = `This page cannot be shown here: ${error.message}. It needs a browser of 2023 or later.`;
