@@ -258,8 +258,11 @@ def test_on_a_phone_all_of_it_fits_and_fingers_do_it(shown, tracks):
         )
         assert opened.evaluate("player.panes[0].view.scale") == pytest.approx(scale * 110 / 50, rel=0.01)
     with shown(*tracks, width=390, height=844) as opened:
-        first, second = (opened.locator(".pane").nth(k).bounding_box() for k in (0, 1))
-        assert second["y"] >= first["y"] + first["height"]
+        parts = [*opened.locator(".pane > *").all(), opened.locator("footer")]
+        boxes = [part.bounding_box() for part in parts]
+        assert len(boxes) == 7
+        for above, below in zip(boxes, boxes[1:]):
+            assert below["y"] >= above["y"] + above["height"] - 0.5
 
 
 def test_the_nozzle_is_drawn_to_scale_and_what_pushes_into_it_is_told(shown, tracks):
