@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from machine import machine
 
-SOFTWARE = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+SOFTWARE = ("--no-sandbox", "--enable-unsafe-swiftshader")
 
 
 def program_text(tiles: int) -> str:

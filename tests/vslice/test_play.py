@@ -95,3 +95,20 @@ def test_methods_are_compared_in_a_page(run, part):
     code, _, err = run("compare", "grid.json", "--methods", "greedy", "-o", "m.md", "--play", "m.md")
     assert code == 2
     assert "m.md is to hold the table; name another file with --play." in err
+
+
+def test_a_preview_may_move(run, part, monkeypatch):
+    assert run("preview", part, "-o", "part.gif", "-q")[0] == 0
+    assert Path("part.gif").read_bytes().startswith(b"GIF8")
+    assert run("preview", part, "-o", "arrows.png", "--arrows", "-q")[0] == 0
+    assert Path("arrows.png").stat().st_size > 0
+    monkeypatch.setattr("shutil.which", lambda _: None)
+    for words, said in (
+        (["grid.json", "-o", "grid.gif"], "a grid has no order"),
+        ([part, "-o", "part.mp4"], "ffmpeg"),
+        ([part, "-o", "part.gif", "--color", "order"], "no effect"),
+        (["grid.json", "--arrows"], "no effect"),
+    ):
+        code, _, err = run("preview", *words)
+        assert code == 2, words
+        assert said in err

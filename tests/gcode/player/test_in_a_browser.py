@@ -1,6 +1,7 @@
 """The page in a real browser: every thing that it offers is done, with a mouse, with keys and with fingers."""
 
 import dataclasses
+import itertools
 
 import pytest
 from browsing import browser, figure, inked, settle, showing, until
@@ -261,7 +262,7 @@ def test_on_a_phone_all_of_it_fits_and_fingers_do_it(shown, tracks):
         parts = [*opened.locator(".pane > *").all(), opened.locator("footer")]
         boxes = [part.bounding_box() for part in parts]
         assert len(boxes) == 7
-        for above, below in zip(boxes, boxes[1:]):
+        for above, below in itertools.pairwise(boxes):
             assert below["y"] >= above["y"] + above["height"] - 0.5
 
 
