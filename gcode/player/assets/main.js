@@ -144,7 +144,8 @@ class Player {
     this.playing = true; this.last = 0;
     if (this.live) this.live.following.checked = false;
     this.pressed();
-    requestAnimationFrame((now) => this.frame(now));
+    const run = this.run = {}; // of two runs, as after a quick pause, the older ends
+    requestAnimationFrame((now) => this.frame(now, run));
   }
 
   pause() { if (this.playing) { this.playing = false; this.pressed(); this.redraw(); this.announce(); } }
@@ -155,13 +156,13 @@ class Player {
     button.setAttribute("aria-label", this.playing ? "Pause" : "Play");
   }
 
-  frame(now) {
-    if (!this.playing) return;
+  frame(now, run) {
+    if (!this.playing || run !== this.run) return;
     if (this.last) this.time = Math.min(this.total, this.time + (now - this.last) / 1000 * this.speed);
     this.last = now;
     this.paint(now);
     if (this.time >= this.total) return this.pause();
-    requestAnimationFrame((next) => this.frame(next));
+    requestAnimationFrame((next) => this.frame(next, run));
   }
 
   redraw() {

@@ -44,7 +44,11 @@ function upTo(array, value) {
 class Track {
   constructor(header, bytes) {
     const raw = unpack(header, bytes), units = header.units;
-    const scaled = (name) => Float64Array.from(raw[name], (value) => value * units[name]);
+    const scaled = (name) => {
+      const counts = raw[name], unit = units[name], values = new Float64Array(counts.length);
+      for (let k = 0; k < counts.length; k++) values[k] = counts[k] * unit;
+      return values;
+    };
     this.header = header;
     this.name = header.name;
     this.x = scaled("x"); this.y = scaled("y"); this.end = scaled("time");
