@@ -1,9 +1,9 @@
 """Lines per second of the sender without a view, with one, and with twenty pages that ask it, in one run.
 
-usage: python benchmarks/view.py [--lines N] [--repeat N] [--pages N] [--every S]
+usage: python benchmarks/view.py [--lines N] [--repeat N] [--pages N] [--every S] [--delay S]
 
-The printer is that of benchmarks/send.py that answers at once, so that every delay of ours counts. A page
-is a thread of another process that asks for the state every half second, as pages in browsers do.
+The printer is that of benchmarks/send.py; by default it answers at once, so that every delay of ours counts.
+A page is a thread of another process that asks for the state every half second, as pages in browsers do.
 """
 
 import argparse
@@ -76,6 +76,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--pages", type=int, default=20)
     parser.add_argument("--every", type=float, default=0.5)
+    parser.add_argument("--delay", type=float, default=0.0, help="seconds until the printer answers a line")
     args = parser.parse_args()
     senders = {
         "without": sender(False, 0, args.every),
@@ -86,7 +87,7 @@ def main() -> None:
     rates: dict[str, list[float]] = {name: [] for name in senders}
     for _ in range(args.repeat):  # in turn, so that a busy machine is busy for all of them
         for name, send in senders.items():
-            rates[name].append(measure(send, 0.0, args.lines))
+            rates[name].append(measure(send, args.delay, args.lines))
     for name, values in rates.items():
         told = ", ".join(f"{value:.0f}" for value in values)
         print(f"{name:<14}{statistics.median(values):>8.0f} lines per second ({told})")

@@ -142,8 +142,8 @@ def track_of(
     table = np.array(steps, np.float64).reshape(-1, 8)
     end = table[:, :2]
     known = np.flatnonzero(~np.isnan(end[:, 0]))
-    if len(known):  # before any place is known, the nozzle is shown at the first that is
-        end[: known[0]] = end[known[0]]
+    # Before any place is known, the nozzle is shown at the first that is.
+    end[: known[0] if len(known) else len(end)] = end[known[0]] if len(known) else 0.0
     height = np.array(heights, np.float64)
     kind = table[:, 2].astype(np.uint8)
     laid = np.flatnonzero(kind == TOOLPATH)

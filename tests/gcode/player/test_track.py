@@ -111,6 +111,15 @@ def test_where_nobody_followed_nothing_is_drawn():
     assert track.end_mm[s].tolist() == [14, 3]
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("lines", [[], ["G21", "G28"], ["G90", "G1 X1 F600", "G4 P100"]])
+def test_a_program_whose_places_nobody_knows_makes_a_page_too(lines):
+    track = track_of(read_lines(lines), profiles.load("marlin-generic"), name="part.gcode")
+    assert track.toolpaths == 0
+    assert not np.isnan(track.end_mm).any()
+    assert page([track])
+
+
 def test_dwells_take_time_where_they_are_and_tools_are_known():
     lines = ["G21", "G90", "M83", "G0 X0 Y0 Z1 F600", "G1 X5 E1 F600", "T1", "G4 P1500", "G1 X0 E1"]
     track = track_of(read_lines(lines), profiles.load("marlin-generic"), name="part.gcode")
