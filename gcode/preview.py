@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -27,11 +28,13 @@ if TYPE_CHECKING:  # shapely, and what compiles the routing
     from slicer.travel import Plan
 
 Color = Literal["kind", "order"]
-EXTRUSION, TRAVEL, START, PRIME = "#d62728", "#1f77b4", "#2ca02c", "0.6"
+EXTRUSION, TRAVEL, START, END, PRIME = "#d62728", "#1f77b4", "#2ca02c", "0.1", "0.6"
 FORMATS = ("png", "svg", "pdf")
 LEAST_IN = (4.0, 3.0)
 """Width and height of a picture below which its title, labels and legend have no room."""
 LEGEND_COLUMN_IN = 1.25
+ARROW_IN, NUMBER_IN = 0.12, 0.3
+"""Length of a toolpath on paper below which it bears no arrow, or no number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,11 +167,17 @@ def _draw_drawn(sheet: "DrawnSheet") -> Figure:
 
 
 def draw_sequence(
-    drawing: Drawing, *, color: Color = "kind", title: str = "", axes: Literal["", "XZ", "YZ"] = ""
+    drawing: Drawing,
+    *,
+    color: Color = "kind",
+    title: str = "",
+    axes: Literal["", "XZ", "YZ"] = "",
+    arrows: bool = False,
 ) -> Figure:
-    """A sequence, extrusion red and travel blue, or coloured by order; the start is marked.
+    """A sequence, extrusion red and travel blue, or coloured by order; start and end are marked.
 
     Args:
+        arrows: also draw the direction and the number of each toolpath that is long enough to bear them.
         axes: the machine's axes that the drawing is in; by default it is in those of the sheet.
     """
     points = np.concatenate([drawing.toolpaths, drawing.prime]).reshape(-1, 2)
@@ -205,12 +214,33 @@ def draw_sequence(
     if n:
         start = drawing.toolpaths[0, 0]
         handles += plot.plot(*start, "o", color=START, ms=7, zorder=4, label="start", linestyle="")
+        end = drawing.toolpaths[-1, 1]
+        handles += plot.plot(*end, "s", color=END, ms=6, zorder=4, label="end", linestyle="")
+        if arrows:
+            _direct(figure, plot, drawing.toolpaths)
         # "outside": the layout gives the legend a place of its own, whatever the shape of the sheet.
         figure.legend(
             handles=handles, loc="outside lower center", ncols=_columns(figure, handles), frameon=False
         )
     plot.set_title(title or f"{n} toolpaths")
     return figure
+
+
+def _direct(figure: Figure, plot: Axes, toolpaths: NDArray[np.float64]) -> None:
+    """Arrows and numbers, as small as the picture needs them."""
+    (low, high), (bottom, top) = plot.get_xlim(), plot.get_ylim()
+    per_inch = max((high - low) / figure.get_figwidth(), (top - bottom) / figure.get_figheight())
+    lengths = np.hypot(*(toolpaths[:, 1] - toolpaths[:, 0]).T) / per_inch
+    small = float(np.clip(60 / np.sqrt(len(toolpaths)), 2.0, 7.0))
+    for k in np.flatnonzero(lengths >= ARROW_IN):
+        begin, end = toolpaths[k]
+        tip, tail = begin + 0.7 * (end - begin), begin + 0.6 * (end - begin)
+        arrow = {"arrowstyle": "->", "lw": 0.6, "color": "0.1", "mutation_scale": small}
+        plot.annotate("", tip, tail, arrowprops={**arrow, "shrinkA": 0, "shrinkB": 0}, zorder=5)
+        if lengths[k] >= NUMBER_IN:
+            x, y = begin + 0.3 * (end - begin)
+            text = plot.text(x, y, str(k + 1), ha="center", va="center", fontsize=small, zorder=5)
+            text.set_path_effects([withStroke(linewidth=1, foreground="white")])
 
 
 def picture(figure: Figure, file_format: str, *, dpi: int = 150) -> bytes:

@@ -38,6 +38,7 @@ class Program:
         primed_mm: feed of the line that fills the nozzle.
         material_ul: volume of the print in microlitres.
         times: where the estimated duration goes.
+        profile: the machine that it is for.
     """
 
     moves: list[Move]
@@ -47,11 +48,18 @@ class Program:
     primed_mm: float
     material_ul: float
     times: Times
+    profile: Profile
 
     @property
     def seconds(self) -> float:
         """Estimated duration, homing and heating apart."""
         return self.times.total_s
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of it: the page that plays it."""
+        from gcode.player import framed, track_of_program
+
+        return framed(track_of_program(self, self.profile, "program", {}))
 
 
 def build(
@@ -99,6 +107,7 @@ def lay_out(
         primed_mm=primed,
         material_ul=float((bead_area_mm2(material, height) * (length + joins)).sum()) * material.flow,
         times=times_of(moves, profile),
+        profile=profile,
     )
 
 

@@ -18,6 +18,7 @@ COMMANDS = {
     "orient": "Measure fibre angles in an image, a diffusion volume or a table.",
     "generate": "Write a random grid of fibre angles.",
     "preview": "Draw a grid or a program as a picture.",
+    "play": "Write a page that plays a program, or two side by side.",
     "check": "Replay a program and verify that it can be printed.",
     "send": "Stream a program to a printer, or see in a dry run what it would do.",
     "ports": "List the serial ports of this machine.",

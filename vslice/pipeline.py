@@ -70,6 +70,12 @@ class Sliced:
             picture = preview.thumbnail(self.plan, self.profile.gcode.thumbnail_px)
         return emit.emit(self.program, self.profile, self.facts, thumbnail_png=picture)
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows of it: the page that plays its program."""
+        from gcode.player import framed, track_of_program
+
+        return framed(track_of_program(self.program, self.profile, Path(self.sheet.source).name, self.facts))
+
     def advice(self) -> list[str]:
         """What the user should think about before printing."""
         found = advice.advice(self.program, self.profile, *self._spacing_and_length())

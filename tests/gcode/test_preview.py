@@ -158,3 +158,20 @@ def test_what_fills_the_nozzle_is_drawn_and_is_no_toolpath(profile, comments):
     k = next(k for k, line in enumerate(lines) if line == ";TOOLPATH 0") if comments else None
     if k is not None:
         assert preview.not_drawn(read_lines([*lines[:k], "G28 X", *lines[k:]]), loaded) == []
+
+
+def test_the_end_is_marked_and_arrows_show_directions_and_numbers():
+    drawing = preview.Drawing.of_plan(make_plan(SHEET)[0])
+    plot = preview.draw_sequence(drawing).axes[0]
+    assert plot.lines[1].get_xydata().tolist() == [drawing.toolpaths[-1, 1].tolist()]
+    assert len(plot.texts) == 0
+    texts = preview.draw_sequence(drawing, arrows=True).axes[0].texts
+    numbers = {text.get_text() for text in texts} - {""}
+    arrows = [text for text in texts if text.get_text() == ""]
+    assert 0 < len(numbers) <= len(arrows) <= len(drawing.toolpaths)
+    assert numbers <= {str(k + 1) for k in range(len(drawing.toolpaths))}
+    for arrow in arrows:  # each points as its toolpath runs
+        middle = (np.array(arrow.xy) + np.array(arrow.xyann)) / 2
+        points = drawing.toolpaths[:, 0] + 0.65 * (drawing.toolpaths[:, 1] - drawing.toolpaths[:, 0])
+        begin, end = drawing.toolpaths[np.hypot(*(points - middle).T).argmin()]
+        assert np.dot(np.array(arrow.xy) - arrow.xyann, end - begin) > 0

@@ -30,6 +30,8 @@ GRID = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
         ("check part.gcode --grid grid.json", "shapely"),
         ("send part.gcode --dry-run --quiet", ""),
         ("preview part.gcode -o part.png", "matplotlib"),
+        ("play part.gcode -o part.html", ""),
+        ("play part.gcode -o part.html --grid grid.json", "shapely"),
         ("ports", ""),
         ("profiles", ""),
         ("profiles show marlin-generic", ""),

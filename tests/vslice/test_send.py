@@ -74,32 +74,54 @@ def emulated(fast=True, **options):
 QUICK = ("--set", "printer.boot_wait_s=0.1")
 
 
-@pytest.mark.parametrize("profile", ["marlin-generic", "marlin-syringe"])
-def test_a_real_job_prints_the_hatch_lines_of_its_grid(run, profile):
+POINT = ("--set", "nozzle.tip_width_mm=0", "--set", "motion.join_mm=0")
+"""Each line in one piece, and no hop between lines extruded."""
+
+
+def printed_by(run, profile, *options):
+    """What a dry run of the example extrudes, float64 (n, 2, 2) in mm of the sheet, and its hatch lines."""
     bare = ("--set", "motion.prime_mm=0")  # the line that fills the nozzle is none of the grid's
-    assert run(EXAMPLE, "-o", "part.gcode", "-p", profile, *bare)[0] == 0
+    assert run(EXAMPLE, "-o", "part.gcode", "-p", profile, *bare, *options)[0] == 0
     code, out, _ = run("send", "part.gcode", "--dry-run")
     assert code == 0
     assert re.search(r"warnings +0", out)
 
-    machine = profiles.load(profile)
     text = Path("part.gcode").read_text()
     shift = [float(value) for value in re.search(r"; vslice shift_mm = (\S+) (\S+)", text).groups()]
-    moves = dry_run(read_program(Path("part.gcode")), settings_of(machine)).path.moves
+    moves = dry_run(read_program(Path("part.gcode")), settings_of(profiles.load(profile))).path.moves
     printed = [
         [(before.x - shift[0], before.z - shift[1]), (after.x - shift[0], after.z - shift[1])]
         for before, after in pairwise(moves)
         if after.e > 0 and (before.x, before.z) != (after.x, after.z)
     ]
-    wanted = hatch(grid.read(EXAMPLE)).segments
+    return np.array(printed), hatch(grid.read(EXAMPLE)).segments
+
+
+@pytest.mark.parametrize("profile", ["marlin-generic", "marlin-syringe"])
+def test_a_real_job_prints_the_hatch_lines_of_its_grid(run, profile):
+    printed, wanted = printed_by(run, profile, *POINT)
     assert len(printed) == len(wanted)
-    either_way = np.array([printed, [line[::-1] for line in printed]])
+    either_way = np.array([printed, printed[:, ::-1]])
     found = set()
     for segment in wanted:
         distance = np.abs(either_way - segment).max(axis=(2, 3)).min(axis=0)
         assert distance.min() < 2e-3
         found.add(int(distance.argmin()))
     assert len(found) == len(wanted)
+
+
+def test_a_real_job_with_a_real_nozzle_prints_every_hatch_line_in_pieces(run):
+    printed, wanted = printed_by(run, "marlin-syringe")
+    assert len(printed) > len(wanted)
+    for a, b in wanted:
+        along = (b - a) / np.hypot(*(b - a))
+        across = np.array([-along[1], along[0]])
+        on = (np.abs((printed - a) @ across) < 2e-3).all(axis=1)
+        reached = 0.0
+        for begin, end in sorted(np.sort((printed[on] - a) @ along, axis=1).tolist()):
+            if begin < reached + 4e-3:
+                reached = max(reached, end)
+        assert reached > np.hypot(*(b - a)) - 4e-3
 
 
 def test_a_dry_run_says_what_the_printer_would_have_done(run, part):

@@ -1,7 +1,7 @@
 """``vslice compare``: every method on one sheet, side by side."""
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
@@ -51,6 +51,13 @@ FORMATS = ("csv", "md", "json")
     help="Also draw every run over time: PNG, SVG or PDF. With --objective straight J above the best bound "
     "in percent, or J where there is no bound; else what the objective measures, in mm or s.",
 )
+@click.option(
+    "--play",
+    "play",
+    metavar="PAGE.html",
+    type=click.Path(path_type=Path),
+    help="Also write a page that plays the best run of each method, greedy's too, two of them side by side.",
+)
 @profile_option
 @nozzle_option
 @set_option
@@ -64,6 +71,7 @@ def command(
     objective: str,
     start: str,
     plot: Path | None,
+    play: Path | None,
     profile_name: str,
     nozzle_name: str | None,
     overrides: tuple[str, ...],
@@ -85,7 +93,7 @@ def command(
     file_format = "md" if target is None else target.suffix.lstrip(".").lower()
     if file_format not in FORMATS:
         raise click.UsageError(f"{out}: a table must end in .csv, .md or .json, not '{file_format}'.")
-    _check_places(file, profile_name, target, plot)
+    _check_places(file, profile_name, {"-o": target, "--plot": plot, "--play": play})
     plot_format = None if plot is None else picture_format(plot)
     import profiles
     from slicer import sequence
@@ -102,6 +110,7 @@ def command(
     profile = profiles.load(profile_name, with_nozzle(nozzle_name, overrides))
     problem, spacing_mm, ends = comparison.load_instance(file, start, profile)
     machine = comparison.Machine(profile, spacing_mm, ends)
+    played = comparison.Played()
     # Under a body the corner of a grid may be no place to begin, nor the first toolpath, once it is cut.
     if problem.first is None and start == "corner" and spacing_mm is None and ends is None:
         no_effect("an instance without a first toolpath", "start")
@@ -111,7 +120,14 @@ def command(
         step("loading")
         comparison.warm_up(problem, names, goal, machine)
         rows, traces = comparison.run_methods(
-            problem, names, seeds=seeds, effort=effort, objective=goal, machine=machine, step=step
+            problem,
+            names,
+            seeds=seeds,
+            effort=effort,
+            objective=goal,
+            machine=machine,
+            step=step,
+            keep=None if play is None else played.keep,
         )
     output.write(target, [comparison.as_text(rows, file_format, goal).encode()])
     if plot is not None and plot_format is not None:
@@ -122,16 +138,23 @@ def command(
         figure = comparison.draw_runs(traces, bound, goal, title)
         output.write(plot, [preview.picture(figure, plot_format)])
         say(f"picture written to {plot}")
+    if play is not None:
+        output.write(play, [played.page(f"{file.name}: methods").encode()])
+        say(f"page written to {play}")
 
 
-def _check_places(file: Path, profile_name: str, target: Path | None, plot: Path | None) -> None:
-    """Refuse places that cannot be written, or must not, before the work begins."""
-    for place, option in ((target, "-o"), (plot, "--plot")):
+def _check_places(file: Path, profile_name: str, places: Mapping[str, Path | None]) -> None:
+    """Refuse places that cannot be written, or must not, before the work begins; by the option of each."""
+    taken: dict[Path, str] = {}
+    for option, place in places.items():
         not_onto_input(file, place, option=option)
         not_onto_profile(profile_name, place, option=option)
         output.check_place(place)
-    if target is not None and plot is not None and target.resolve() == plot.resolve():
-        raise click.UsageError(f"{plot} is to hold the table; name another file with --plot.")
+        if place is None:
+            continue
+        if (other := taken.setdefault(place.resolve(), option)) != option:
+            what = {"-o": "the table", "--plot": "the picture"}[other]
+            raise click.UsageError(f"{place} is to hold {what}; name another file with {option}.")
 
 
 def _methods(text: str | None, known: Sequence[str]) -> list[str]:

@@ -1,5 +1,6 @@
 """``vslice preview``: a grid or a program as a picture."""
 
+import shutil
 import sys
 from io import BytesIO
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dialect.source import MAX_BYTES
+from dialect.source import MAX_BYTES, Source, load_stream
 from vslice import output
 from vslice.options import (
     no_effect,
@@ -38,7 +39,8 @@ MOST = 5  # gaps that are shown one by one
     "--output",
     "out",
     type=click.Path(path_type=Path),
-    help="Picture; PNG, SVG or PDF by its extension. By default FILE with .png behind it.",
+    help="Picture; PNG, SVG or PDF by its extension, or of a program GIF or MP4, which move. By default FILE "
+    "with .png behind it.",
 )
 @click.option(
     "--show",
@@ -60,6 +62,9 @@ MOST = 5  # gaps that are shown one by one
     help="Of a program: extrusion red and travel blue, or a ramp from the first toolpath to the last.",
 )
 @click.option(
+    "--arrows", is_flag=True, help="Of a program: also direction and number of each toolpath long enough."
+)
+@click.option(
     "--dpi", default=150, show_default=True, type=click.IntRange(20, 1200), help="Resolution of a PNG."
 )
 @program_profile_option
@@ -72,6 +77,7 @@ def command(
     show: str,
     conflicts: bool,
     color: str,
+    arrows: bool,
     dpi: int,
     profile_name: str | None,
     nozzle_name: str | None,
@@ -89,13 +95,20 @@ def command(
     not_onto_input(file, target)
     not_onto_profile(profile_name, target)
     output.check_place(target)
-    file_format = picture_format(target)
-    if file_format != "png":
+    moving = target.suffix.lower() in (".gif", ".mp4")
+    file_format = target.suffix.lstrip(".").lower() if moving else picture_format(target)
+    if moving:
+        no_effect(f"a moving picture, {target.suffix}", "color", "arrows", "dpi")
+        if file_format == "mp4" and shutil.which("ffmpeg") is None:
+            raise InputError(f"{target}: ffmpeg, which writes MP4, is not installed here; name a .gif.")
+    elif file_format != "png":
         no_effect(f"a picture of lines, {target.suffix}", "dpi")
     data = sys.stdin.buffer.read(MAX_BYTES + 1) if given else b""
     is_grid = begins_as_grid(data) if given else _is_grid(file)
     if is_grid:
-        no_effect("a grid", "color")
+        no_effect("a grid", "color", "arrows")
+        if moving:
+            raise InputError(f"{target}: a grid has no order that could be played; slice it first.")
     else:
         no_effect("a program", "show", "conflicts")
     if not conflicts:
@@ -104,6 +117,13 @@ def command(
         no_effect("a picture of conflicts", "show")
     elif is_grid:
         no_effect("a grid", "profile_name")
+    if moving:
+        data = _moving(
+            load_stream(BytesIO(data), "standard input") if given else file, file_format, profile_name
+        )
+        output.write(target, [data])
+        say(f"picture written to {target}")
+        return
     from gcode import preview
 
     if is_grid:
@@ -120,7 +140,6 @@ def command(
         else:
             figure = preview.draw_grid(sheet, show="tilts" if show == "tilts" else "toolpaths")
     else:
-        from dialect.source import load_stream
         from vslice.machine import read_program
 
         source = load_stream(BytesIO(data), "standard input") if given else file
@@ -130,7 +149,10 @@ def command(
             raise InputError(f"{file}: nothing is extruded in it. Is the profile (-p) the right one?")
         _say_gaps(preview.not_drawn(moves, profile))
         figure = preview.draw_sequence(
-            drawing, color="order" if color == "order" else "kind", axes=profile.machine.plane
+            drawing,
+            color="order" if color == "order" else "kind",
+            axes=profile.machine.plane,
+            arrows=arrows,
         )
     output.write(target, [preview.picture(figure, file_format, dpi=dpi)])
     say(f"picture written to {target}")
@@ -154,6 +176,19 @@ def _of_conflicts(sheet: "Grid", profile_name: str | None, overrides: tuple[str,
             f"{name}: its nozzle is a point, in whose way nothing stands; name one with --nozzle."
         )
     return draw_conflicts(sheet, hatched(sheet), profile)
+
+
+def _moving(source: "Path | Source", file_format: str, profile_name: str | None) -> bytes:
+    from gcode.animation import animation
+    from gcode.player import track_of
+    from vslice.machine import read_program
+
+    moves, _, profile = read_program(source, profile_name, ())
+    name = source.name
+    track = track_of(moves, profile, name=name)
+    if track.toolpaths == 0:
+        raise InputError(f"{name}: nothing is extruded in it. Is the profile (-p) the right one?")
+    return animation(track, file_format)
 
 
 def _say_gaps(gaps: "list[Move]") -> None:

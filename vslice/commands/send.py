@@ -48,6 +48,11 @@ MOST = 5  # violations that are shown one by one
     help="With --resume: where the nozzle stands.",
 )
 @click.option("-y", "--yes", is_flag=True, help="Do not ask before the nozzle moves to resume.")
+@click.option(
+    "--view",
+    is_flag=True,
+    help="Show the job in a browser on this computer, with pause, resume and stop behind a token.",
+)
 @click.option("--no-check", is_flag=True, help="Send even what 'vslice check' finds fault with.")
 @click.option("--baud", type=baud_rate, help="Instead of the profile's [printer] baud.")
 @click.option(
@@ -71,6 +76,7 @@ def command(
     restart: bool,
     height_mm: float | None,
     yes: bool,
+    view: bool,
     no_check: bool,
     baud: int | None,
     window_lines: int | None,
@@ -97,6 +103,7 @@ def command(
             "--baud with --dry-run": baud is not None and dry_run,
             "--baud on a port without a wire": baud is not None
             and str(port).startswith(("socket", "marlin")),
+            "--view with --dry-run, whose time flies ('vslice play' shows the program)": view and dry_run,
             "--restart with --resume": restart and resume,
             "--restart with --dry-run": restart and dry_run,
             "--no-check with --resume, which checks nothing": no_check and resume,
@@ -134,9 +141,9 @@ def command(
         return
     port = port or (interrupted_job(program_file).port if resume else _only_port())
     if resume:
-        code = resume_program(program_file, port, settings, profile, height_mm, yes)
+        code = resume_program(program_file, port, settings, profile, height_mm, yes, view)
     else:
-        code = _send(program_file, port, settings, profile, profile_name or "", restart)
+        code = _send(program_file, port, settings, profile, profile_name or "", restart, view)
     click.get_current_context().exit(code)
 
 
@@ -163,12 +170,13 @@ def _send(
     profile: "Profile",
     profile_name: str,
     restart: bool,
+    view: bool = False,
 ) -> int:
     from printer.journal import journal_path
 
     if not restart:
         ask_of_port(port, journal_path(program_file))
-    return stream_program(program_file, port, settings, profile, profile_name, restart)
+    return stream_program(program_file, port, settings, profile, profile_name, restart, view)
 
 
 def send_file(

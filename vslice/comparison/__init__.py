@@ -2,11 +2,13 @@
 
 from vslice.comparison.instance import Instance, load_instance
 from vslice.comparison.methods import Machine, as_text, draw_runs, run_methods, runs, warm_up
+from vslice.comparison.played import Played
 from vslice.comparison.reproduction import draw_figures, table_of_methods, table_one
 
 __all__ = [
     "Instance",
     "Machine",
+    "Played",
     "as_text",
     "draw_figures",
     "draw_runs",

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, NamedTuple
 
@@ -145,7 +145,7 @@ def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, 
                 effort="quick",
                 objective=objective_of(machine.profile, objective, machine.counted_join_mm),
             )
-            _measured(part, result, Machine(machine.profile))
+            _laid_out(part, result, Machine(machine.profile))
 
 
 def run_methods(
@@ -157,11 +157,12 @@ def run_methods(
     objective: ObjectiveName,
     machine: Machine,
     step: Steps,
+    keep: Callable[[str, Result, program.Program], None] | None = None,
 ) -> tuple[list[Row], list[Trace]]:
     """Solve a problem with each method and each seed from 0; ``step`` is told what begins and how it goes.
 
     Greedy is always run, since the others are compared with it, but has a row and traces only where it is
-    among the methods.
+    among the methods. ``keep`` is handed the program of every run.
     """
     found: dict[str, list[Result]] = {}
     measured: dict[str, list[tuple[float, float]]] = {}
@@ -187,7 +188,10 @@ def run_methods(
             raise KeyboardInterrupt  # the method has answered it, but half a run belongs in no table
         trace.points.append((result.runtime_s, result.cost))
         found.setdefault(method, []).append(result)
-        measured.setdefault(method, []).append(_measured(problem, result, machine))
+        routed_mm, made = _laid_out(problem, result, machine)
+        measured.setdefault(method, []).append((routed_mm, made.times.travel_s))
+        if keep is not None:
+            keep(method, result, made)
         if method in methods:
             traces.append(trace)
     bounds = [r.lower_bound_mm for results in found.values() for r in results if r.lower_bound_mm is not None]
@@ -199,8 +203,8 @@ def run_methods(
     return rows, traces
 
 
-def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float, float]:
-    """Routed travel in mm, and the estimated seconds of all travels, on a machine."""
+def _laid_out(problem: Problem, result: Result, machine: Machine) -> tuple[float, program.Program]:
+    """Routed travel in mm, and the program, on a machine."""
     profile, spacing_mm, ends = machine
     plan = travel.plan(
         problem.segments,
@@ -214,7 +218,7 @@ def _measured(problem: Problem, result: Result, machine: Machine) -> tuple[float
     spacing = (
         np.full(problem.n, profile.material.width_mm) if spacing_mm is None else spacing_mm[result.order]
     )
-    return plan.routed_mm, program.lay_out(plan, profile, spacing, problem.body).times.travel_s
+    return plan.routed_mm, program.lay_out(plan, profile, spacing, problem.body)
 
 
 def _row(

@@ -11,6 +11,7 @@ from vslice.terminal.interrupted import on_terminal
 from vslice.terminal.job_display import Display
 from vslice.terminal.session import said_if_interrupted
 from vslice.terminal.streaming import resume_offered, run, times_of, told
+from vslice.terminal.viewing import viewed
 
 if TYPE_CHECKING:
     from printer import Program, Settings
@@ -54,6 +55,7 @@ def resume_program(
     profile: "Profile",
     height_mm: float | None,
     yes: bool,
+    view: bool = False,
 ) -> int:
     """Go on with the interrupted job of a program, once the user has agreed to the way; the exit code."""
     from printer import Journal, read_program
@@ -77,8 +79,11 @@ def resume_program(
             ready, plan = _agreed(program, entry, line, settings, height_mm, yes)
             with said_if_interrupted(NOTHING_MOVED):
                 display = Display(program, times_of(program_file, program, profile))
-            with resume_offered(program, path):
-                report = run(program, line, ready, journal, display, plan.start_at, plan.before)
+            with (
+                viewed(program_file, program, profile, view) as seen,
+                resume_offered(program, path),
+            ):
+                report = run(program, line, ready, journal, display, plan.start_at, plan.before, seen)
     return told(report, path, program)
 
 

@@ -12,11 +12,13 @@ import click
 from vslice.terminal.interrupted import known_of
 from vslice.terminal.job_display import Display, clock, keys, shown
 from vslice.terminal.session import said_if_interrupted, say
+from vslice.terminal.viewing import viewed
 
 if TYPE_CHECKING:
-    from printer import Journal, Program, Report, Settings
+    from printer import Journal, Program, Progress, Report, Settings
     from profiles import Profile
     from vslice.terminal.timeline import Timeline
+    from vslice.terminal.viewing import View
 
 MOST_WARNINGS = 5  # that are shown one by one
 
@@ -28,6 +30,7 @@ def stream_program(
     profile: "Profile",
     profile_name: str,
     restart: bool = False,
+    view: bool = False,
 ) -> int:
     """Stream a file to a port with display, journal and Ctrl-C; returns the exit code.
 
@@ -49,8 +52,11 @@ def stream_program(
             say(f"{program.name}: begins anew; the journal of the interrupted job is kept as {aside}.")
         with said_if_interrupted("Nothing was sent."):
             display = Display(program, times_of(program_file, program, profile))
-        with resume_offered(program, path):
-            report = run(program, port, settings, journal, display)
+        with (
+            viewed(program_file, program, profile, view) as seen,
+            resume_offered(program, path),
+        ):
+            report = run(program, port, settings, journal, display, view=seen)
     return told(report, path, program)
 
 
@@ -74,14 +80,23 @@ def run(
     display: Display,
     start_at: int = 0,
     before: Sequence[str] = (),
+    view: "View | None" = None,
 ) -> "Report":
     """Stream from command ``start_at`` on, behind the lines ``before``, with display, keys and Ctrl-C."""
     from printer import Job
 
     with shown(display) as show:
+
+        def tell(progress: "Progress") -> None:
+            show(progress)
+            if view is not None:
+                view.tell(progress)
+
         job = Job(
-            program, port, settings, on_progress=show, journal=journal, start_at=start_at, before=before
+            program, port, settings, on_progress=tell, journal=journal, start_at=start_at, before=before
         )
+        if view is not None:
+            view.follow(job)
 
         def key(pressed: str) -> None:
             if pressed == "p":

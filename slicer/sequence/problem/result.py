@@ -1,6 +1,7 @@
 """What every sequencing method returns."""
 
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,22 @@ class Result:
         if self.lower_bound is None:
             return None
         return 0.0 if self.proved else (self.cost - self.lower_bound) / self.cost
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of it: its figures as a table."""
+        known = "none" if self.lower_bound is None else f"{self.lower_bound:.4f} {self.unit}"
+        rows = {
+            "method": self.method + (", stopped early" if self.stopped else ""),
+            "toolpaths": f"{len(self.order)}",
+            "straight travel J": f"{self.travel_mm:.4f} mm",
+            f"cost ({self.objective})": f"{self.cost:.4f} {self.unit}",
+            "bound": known + (", so it is optimal" if self.proved else ""),
+            "seconds": f"{self.runtime_s:.2f}",
+        }
+        cells = "".join(
+            f"<tr><th>{escape(name)}</th><td>{escape(said)}</td></tr>" for name, said in rows.items()
+        )
+        return f"<table><caption>sequence</caption>{cells}</table>"
 
     def summary(self) -> str:
         """One line for people: the travel, what is known of the optimum, and the effort."""

@@ -1,0 +1,77 @@
+// The nozzle's body in the plane of the sheet, and what of the print pushes into it.
+
+// Half its width at a height above the tip, in mm.
+function halfWidth(nozzle, above) {
+  if (nozzle.length_mm !== null && above > nozzle.length_mm) return nozzle.shoulder_mm / 2;
+  return nozzle.tip_mm / 2 + above * Math.tan(nozzle.cone_deg * Math.PI / 180);
+}
+
+// Its outline from the tip at (0, 0), up to `top` mm: points on its right side, from below.
+function outline(nozzle, top) {
+  const right = [[nozzle.tip_mm / 2, 0]];
+  const reach = nozzle.length_mm === null ? top : Math.min(nozzle.length_mm, top);
+  right.push([nozzle.tip_mm / 2 + reach * Math.tan(nozzle.cone_deg * Math.PI / 180), reach]);
+  if (nozzle.length_mm !== null && top > nozzle.length_mm) {
+    right.push([nozzle.shoulder_mm / 2, nozzle.length_mm], [nozzle.shoulder_mm / 2, top]);
+  }
+  return right;
+}
+
+// How deep a point at (dx, dy) from the tip is inside the body: its distance to the nearest face; 0 outside.
+function depthInside(nozzle, dx, dy) {
+  const angle = nozzle.cone_deg * Math.PI / 180;
+  let depth = Math.min(dy, (nozzle.tip_mm / 2 + dy * Math.tan(angle) - Math.abs(dx)) * Math.cos(angle));
+  if (nozzle.length_mm !== null) depth = Math.max(depth, Math.min(dy - nozzle.length_mm, nozzle.shoulder_mm / 2 - Math.abs(dx)));
+  return Math.max(0, depth);
+}
+
+// Toolpaths in upright strips, to find those near a place without asking all.
+class Strips {
+  constructor(track) {
+    this.track = track;
+    const [x0, , x1] = track.box;
+    this.low = x0;
+    this.count = Math.max(1, Math.min(2000, Math.ceil(Math.sqrt(track.n) * 2)));
+    this.width = Math.max((x1 - x0) / this.count, 1e-6);
+    this.lists = Array.from({ length: this.count + 1 }, () => []);
+    for (let k = 0; k < track.n; k++) {
+      const [a, , b] = track.ends(k);
+      for (let i = this.index(Math.min(a, b)); i <= this.index(Math.max(a, b)); i++) this.lists[i].push(k);
+    }
+    this.seen = new Int32Array(track.n);
+    this.mark = 0;
+  }
+
+  index(x) { return Math.max(0, Math.min(this.count, Math.floor((x - this.low) / this.width))); }
+
+  // Calls visit(k, x0, y0, x1, y1) once for each toolpath that may meet the box, below `most` of them.
+  near([x0, y0, x1, y1], most, visit) {
+    this.mark++;
+    for (let i = this.index(x0); i <= this.index(x1); i++) {
+      for (const k of this.lists[i]) {
+        if (k >= most) break;
+        if (this.seen[k] === this.mark) continue;
+        this.seen[k] = this.mark;
+        const s = this.track.stepOf[k], x = this.track.x, y = this.track.y;
+        if (Math.max(y[s], y[s - 1]) < y0 || Math.min(y[s], y[s - 1]) > y1) continue;
+        if (Math.max(x[s], x[s - 1]) < x0 || Math.min(x[s], x[s - 1]) > x1) continue;
+        visit(k, x[s - 1], y[s - 1], x[s], y[s]);
+      }
+    }
+  }
+}
+
+// What of the first `done` toolpaths is inside the body at (x, y): {depth, toolpaths}.
+function hindering(nozzle, strips, x, y, done) {
+  const found = { depth: 0, toolpaths: [] };
+  const top = strips.track.box[3] - y;
+  if (!nozzle || top <= 0) return found;
+  const reach = Math.max(halfWidth(nozzle, nozzle.length_mm === null ? top : Math.min(top, nozzle.length_mm)), nozzle.shoulder_mm / 2);
+  strips.near([x - reach, y, x + reach, y + top], done, (k, x0, y0, x1, y1) => {
+    let depth = 0;
+    const pieces = 8; // the deepest point of a straight line in a convex body is near one of these
+    for (let i = 0; i <= pieces; i++) depth = Math.max(depth, depthInside(nozzle, x0 + (x1 - x0) * i / pieces - x, y0 + (y1 - y0) * i / pieces - y));
+    if (depth > 1e-3) { found.toolpaths.push(k); found.depth = Math.max(found.depth, depth); }
+  });
+  return found;
+}

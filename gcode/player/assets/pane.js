@@ -1,0 +1,180 @@
+// One program on the page: its picture, its figures, and what fingers and mice do to it.
+
+const STANDING = ["travelling", "printing", "filling the nozzle", "standing", "on its way, not followed"];
+
+class Pane {
+  constructor(root, options, told) {
+    this.root = root; this.options = options; this.told = told;
+    this.view = new View();
+    this.stage = root.querySelector(".stage");
+    [this.canvas, this.labels, this.top] = root.querySelectorAll("canvas");
+    this.painter = (options.plain ? null : GlPainter.open(this.canvas)) || new PlainPainter(this.canvas);
+    this.painter.onrestored = () => { this.stale = true; this.told.redraw(); };
+    this.figures = Object.fromEntries([...root.querySelectorAll("[data-figure]")].map((node) => [node.dataset.figure, node]));
+    this.pointers = new Map();
+    this.stale = true;
+    this.time = 0;
+    this.listen();
+    new ResizeObserver(() => this.resize()).observe(this.stage);
+  }
+
+  show(track) {
+    this.track = track;
+    this.nozzle = track.header.nozzle;
+    const { steps, kind, x, y, height } = track, drawn = [];
+    for (let s = 1; s < steps; s++) if (kind[s] <= PRIME) drawn.push(s);
+    this.drawn = Int32Array.from(drawn);
+    this.before = new Int32Array(steps + 1); // how much is drawn before each step
+    for (let s = 0, i = 0; s < steps; s++) { if (drawn[i] === s) i++; this.before[s + 1] = i; }
+    const middle = [(track.box[0] + track.box[2]) / 2, (track.box[1] + track.box[3]) / 2];
+    this.shapes = new Float32Array(5 * drawn.length);
+    drawn.forEach((s, i) => this.shapes.set([x[s - 1] - middle[0], y[s - 1] - middle[1], x[s] - middle[0], y[s] - middle[1], kind[s] === TRAVEL ? -1 : this.width(s) / 2], 5 * i));
+    const order = Int32Array.from(track.after.keys()).sort((a, b) => track.after[a] - track.after[b] || a - b);
+    this.freeAt = order.map((k) => track.after[k]);
+    const free = new Float32Array(5 * track.n);
+    order.forEach((k, i) => free.set(this.shapes.subarray(5 * this.before[track.stepOf[k]], 5 * this.before[track.stepOf[k]] + 5), 5 * i));
+    this.strips = new Strips(track);
+    this.bytes = coloursOf(track, this.drawn, this.options.colour, this.options);
+    this.painter.load(middle, this.shapes, this.bytes, free);
+    this.root.querySelector("h2").textContent = track.name;
+    this.root.querySelector(".body").hidden = !this.nozzle;
+    this.fit();
+  }
+
+  // Width of the bead of a step in the plane of the sheet, in mm.
+  width(step) {
+    const track = this.track;
+    return track.n ? track.height[Math.min(track.done[step], track.n - 1)] : 0.4;
+  }
+
+  colourOf(step) {
+    const i = 4 * this.before[step];
+    return `rgb(${this.bytes[i]} ${this.bytes[i + 1]} ${this.bytes[i + 2]})`;
+  }
+
+  recolour() {
+    const choice = COLOURS[this.options.colour].possible?.(this.track) === false ? "order" : this.options.colour;
+    this.bytes = coloursOf(this.track, this.drawn, choice, this.options);
+    this.painter.recolour(this.bytes);
+    this.stale = true;
+  }
+
+  fit() { this.view.fit(this.track.box); this.fitted = true; this.stale = true; this.told.redraw(); }
+
+  zoom(factor, x, y) { this.view.zoom(factor, x, y); this.fitted = false; this.stale = true; this.told.redraw(); }
+
+  pan(dx, dy) { this.view.pan(dx, dy); this.fitted = false; this.stale = true; this.told.redraw(); }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.stage;
+    if (!width || !height) return;
+    const ratio = Math.min(2, devicePixelRatio || 1);
+    this.view.width = width; this.view.height = height;
+    for (const canvas of [this.canvas, this.labels, this.top]) { canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio); }
+    for (const canvas of [this.labels, this.top]) canvas.getContext("2d").setTransform(canvas.width / width, 0, 0, canvas.height / height, 0, 0);
+    if (this.fitted !== false && this.track) this.fit();
+    this.stale = true;
+    this.told.redraw();
+  }
+
+  // Show the moment; the print is drawn anew only where it shrank or the view changed.
+  draw(time, style) {
+    if (!this.track || this.view.width <= 1) return;
+    const { track } = this, at = track.at(time);
+    this.time = time;
+    const drawn = this.before[at.step], freed = upTo(this.freeAt, track.done[at.step]);
+    if (this.stale || drawn < this.painter.drawn) {
+      this.painter.redraw(this.view, drawn, freed, style);
+      if (this.stale) this.labelled = drawLabels(this.labels.getContext("2d"), this, style.colours);
+      this.stale = false;
+    } else {
+      this.painter.advance(this.view, drawn, freed, style);
+    }
+    this.pressed = drawMoment(this.top.getContext("2d"), this, at, style.colours);
+    this.at = at;
+  }
+
+  get toolpath() {
+    const { track, at } = this;
+    if (!at || !track.n) return 0;
+    const laying = at.step < track.steps && track.kind[at.step] === TOOLPATH;
+    return Math.min(track.n, track.done[Math.min(at.step, track.steps)] + (laying ? 1 : 0));
+  }
+
+  tell() {
+    const { track, at, figures, nozzle } = this;
+    if (!at) return;
+    const last = Math.min(at.step, track.steps - 1), kind = track.kind[last];
+    const put = (name, text) => { if (figures[name] && figures[name].textContent !== text) figures[name].textContent = text; };
+    put("toolpath", `${this.toolpath} of ${track.n}`);
+    put("line", track.steps ? String(track.line[last]) : "");
+    put("time", `${clock(this.time)} of ${clock(track.total)}`);
+    put("doing", at.step >= track.steps ? "finished" : STANDING[kind]);
+    put("printed", `${track.value(track.printed, at).toFixed(1)} mm`);
+    put("travel", `${track.value(track.travelled, at).toFixed(1)} mm`);
+    put("material", `${track.volumeAt(at).toPrecision(3).replace(/e.*$/, "")} µL`);
+    put("place", `${at.x.toFixed(2)}, ${at.y.toFixed(2)} mm`);
+    const allowed = nozzle?.press_mm;
+    put("body", nozzle
+      ? `${this.pressed.depth.toFixed(2)} mm deep, ${this.pressed.toolpaths.length} toolpaths${allowed === null ? "" : `; ${allowed} mm allowed`}`
+      : "a point");
+  }
+
+  summary() {
+    const track = this.track;
+    return `${track.name}: toolpath ${this.toolpath} of ${track.n}, ${clock(this.time)} of ${clock(track.total)}, ` +
+      `G-code line ${track.line[Math.min(this.at.step, track.steps - 1)] ?? 0}`;
+  }
+
+  // The toolpath nearest to a place of the picture, at most `reach` pixels away; -1 for none.
+  pick(px, py, reach = 10) {
+    const [x, y] = this.view.mm(px, py), r = reach / this.view.scale;
+    let best = -1, nearest = r;
+    this.strips.near([x - r, y - r, x + r, y + r], this.track.n, (k, x0, y0, x1, y1) => {
+      const dx = x1 - x0, dy = y1 - y0, part = Math.max(0, Math.min(1, ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy || 1)));
+      const distance = Math.hypot(x0 + part * dx - x, y0 + part * dy - y);
+      if (distance < nearest) { nearest = distance; best = k; }
+    });
+    return best;
+  }
+
+  listen() {
+    const stage = this.stage, where = (event) => {
+      const box = stage.getBoundingClientRect();
+      return [event.clientX - box.left, event.clientY - box.top];
+    };
+    stage.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...where(event));
+    }, { passive: false });
+    stage.addEventListener("pointerdown", (event) => {
+      stage.setPointerCapture(event.pointerId);
+      this.pointers.set(event.pointerId, where(event));
+      if (this.pointers.size === 1) this.moved = 0;
+    });
+    stage.addEventListener("pointermove", (event) => {
+      const before = this.pointers.get(event.pointerId);
+      if (!before) return;
+      const now = where(event);
+      if (this.pointers.size === 1) {
+        this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
+        if (this.moved > 4) this.pan(now[0] - before[0], now[1] - before[1]);
+      } else {
+        this.moved = Infinity;
+        const [id] = [...this.pointers.keys()].filter((key) => key !== event.pointerId), other = this.pointers.get(id);
+        const apart = (p) => Math.max(8, Math.hypot(p[0] - other[0], p[1] - other[1]));
+        this.zoom(apart(now) / apart(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+        this.pan((now[0] - before[0]) / 2, (now[1] - before[1]) / 2);
+      }
+      this.pointers.set(event.pointerId, now);
+    });
+    const end = (event) => {
+      if (!this.pointers.delete(event.pointerId) || this.pointers.size || event.type === "pointercancel" || this.moved > 4) return;
+      const k = this.pick(...where(event), event.pointerType === "touch" ? 18 : 10);
+      if (k >= 0) this.told.picked(this, k);
+    };
+    stage.addEventListener("pointerup", end);
+    stage.addEventListener("pointercancel", end);
+    stage.addEventListener("dblclick", () => this.fit());
+  }
+}
