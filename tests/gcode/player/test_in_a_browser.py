@@ -1,18 +1,20 @@
 """The page in a real browser: every thing that it offers is done, with a mouse, with keys and with fingers."""
 
-import dataclasses
 import itertools
 
 import pytest
 from browsing import browser, figure, inked, settle, showing, until
-from making import make_grid, make_lines, read_lines
+from making import POINT, make_grid, make_lines, read_lines
 
 import profiles
 from gcode.check import check
 from gcode.player import page, track_of
 
 SHEET = make_grid([[-30, 20, 0], [10, -25, 35]], spacing=0.1)
-BODY = {"tip_mm": 0.8, "cone_deg": 20.0, "length_mm": 4.0, "shoulder_mm": 6.0, "press_mm": 0.1}
+BODY = [
+    f"nozzle.{name}"
+    for name in ["tip_width_mm=0.8", "cone_deg=20", "length_mm=4", "shoulder_width_mm=6", "press_mm=0.1"]
+]
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +25,7 @@ def chromium():
 
 @pytest.fixture(scope="module")
 def tracks():
-    loaded = profiles.load("marlin-generic")
+    loaded = profiles.load("marlin-generic", [POINT])
     moves = read_lines(make_lines(SHEET))
     good = track_of(moves, loaded, name="good.gcode", findings=check(moves, loaded).violations, grid=SHEET)
     lines = make_lines(SHEET, "marlin-generic", "motion.travel_speed_mm_s=3")
@@ -273,8 +275,9 @@ def test_on_a_phone_all_of_it_fits_and_fingers_do_it(shown, tracks):
             assert below["y"] >= above["y"] + above["height"] - 0.5
 
 
-def test_the_nozzle_is_drawn_to_scale_and_what_pushes_into_it_is_told(shown, tracks):
-    track = dataclasses.replace(tracks[0], facts={**tracks[0].facts, "nozzle": BODY})
+def test_the_nozzle_is_drawn_to_scale_and_what_pushes_into_it_is_told(shown):
+    wide = profiles.load("marlin-generic", BODY)
+    track = track_of(read_lines(make_lines(SHEET)), wide, name="wide.gcode")
     with shown(track) as opened:
         widths = opened.evaluate(
             "player.panes[0] && [0, 2, 4.5].map((h) => 2 * player.nozzle.halfWidth(player.panes[0].nozzle, h))"

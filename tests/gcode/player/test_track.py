@@ -8,7 +8,7 @@ import zlib
 
 import numpy as np
 import pytest
-from making import FACTS, make_grid, make_lines, make_program, read_lines
+from making import FACTS, POINT, make_grid, make_lines, make_program, read_lines
 
 import profiles
 from gcode.check import check
@@ -37,7 +37,7 @@ def unpacked(table, text):
 
 
 def made(profile="marlin-generic", *settings, sheet=SHEET):
-    loaded = profiles.load(profile, list(settings))
+    loaded = profiles.load(profile, [POINT, *settings])
     lines = make_lines(sheet, profile, *settings)
     moves = read_lines(lines)
     return moves, loaded, track_of(moves, loaded, name="part.gcode", grid=sheet)
