@@ -21,6 +21,8 @@ class Field:
         right, down: float64 (2,), steps to the cells [0, 1] and [1, 0].
         off_plane: float64 (rows, cols), mean square of the component of the fibres that leaves the
             plane, 0 to 1; None for an image, which has no depth.
+        size: how many steps the tissue reaches down and right; None for whole cells. The last row and
+            column of an image are narrower, unless its sides are multiples of a cell.
     """
 
     tensor: NDArray[np.float64]
@@ -29,11 +31,12 @@ class Field:
     right: NDArray[np.float64]
     down: NDArray[np.float64]
     off_plane: NDArray[np.float64] | None = None
+    size: tuple[float, float] | None = None
 
     @property
     def corners(self) -> NDArray[np.float64]:
-        """float64 (4, 2), corners of the lattice, which end half a step outside the outermost centres."""
-        rows, cols = self.weight.shape
+        """float64 (4, 2), corners of the tissue, which begins half a step outside the first centres."""
+        rows, cols = self.size or self.weight.shape
         steps = np.array([(-0.5, -0.5), (-0.5, cols - 0.5), (rows - 0.5, cols - 0.5), (rows - 0.5, -0.5)])
         return self.origin + steps[:, :1] * self.down + steps[:, 1:] * self.right
 

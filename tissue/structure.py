@@ -86,6 +86,7 @@ def structure_field(
         np.array([cell_px / 2, height - cell_px / 2]),
         np.array([float(cell_px), 0.0]),
         np.array([0.0, -float(cell_px)]),
+        size=(height / cell_px, width / cell_px),
     )
 
 

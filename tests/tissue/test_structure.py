@@ -8,7 +8,7 @@ from tissue import structure
 from tissue.errors import TissueError
 from tissue.field import tilt_deg
 from tissue.structure import structure_field
-from tissue.tiling import tile
+from tissue.tiling import extent, tile
 
 
 def grey(rows):
@@ -33,6 +33,15 @@ def test_a_grating_has_its_direction(tilt, cell):
 def test_odd_sizes_portrait_and_landscape(width, height):
     found = measured(grating(25, width, height), 3, 3)
     assert axial(found.tilt_deg, 25).max() < 0.1
+
+
+@pytest.mark.parametrize("cell", [1, 7, 31])
+def test_the_tissue_is_as_large_as_its_picture_whatever_the_cells(cell):
+    field = structure_field(grating(25, 201, 303), grey, sigma_px=1.0, rho_px=6.0, cell_px=cell)
+    low, high = extent(field)
+    assert [*low, *(high - low)] == pytest.approx([0, 0, 201, 303])
+    assert tile(field, 3, 3).side == pytest.approx((67, 101))
+    assert tile(field, 1, 1).cover[0, 0] == pytest.approx(1.0, abs=0.15)  # but for the border
 
 
 def test_all_eight_orientations_of_a_picture():

@@ -1,5 +1,6 @@
 """``vslice orient``, and ``slice`` of an image: from a picture to a checked program."""
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -37,6 +38,23 @@ def test_an_image_becomes_a_grid_with_its_record_and_a_picture(picture):
     assert Path("sheet.orient.png").read_bytes().startswith(b"\x89PNG")
     assert "12 of 4x3, 2 x 2 mm each" in err
     assert sorted(path.name for path in Path().iterdir()) == ["muscle.png", "sheet.json", "sheet.orient.png"]
+
+
+def test_a_sidecar_keeps_the_record_under_the_names_of_bids(picture):
+    run, name = picture, "muscle.png"
+    code, _, _ = run(
+        "orient", name, "--tiles", "4x4", "--pixel-um", "2", "-o", "g.json", "--sidecar", "g.meta.json"
+    )
+    assert code == 0
+    kept = json.loads(Path("g.meta.json").read_text())
+    assert kept["Sources"] == [Path(name).name]
+    assert kept["GeneratedBy"][0]["Name"] == "vslice"
+    assert kept["PixelSize"] == [2, 2]
+    assert kept["SourceSHA256"] == hashlib.sha256(Path(name).read_bytes()).hexdigest()
+    assert kept["coherence"] == json.loads(Path("g.json").read_text())["meta"]["coherence"]
+    code, _, err = run("orient", name, "--pixel-um", "2", "-o", "g.json", "--sidecar", "./g.json")
+    assert code == 2
+    assert "--sidecar" in err
 
 
 def test_the_same_input_gives_the_same_bytes(picture):

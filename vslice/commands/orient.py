@@ -40,6 +40,12 @@ MOST_TILES_DRAWN = 40_000
 @click.option("--no-picture", is_flag=True, help="Draw none.")
 @click.option("--hatch-lines", is_flag=True, help="Draw the toolpaths as well.")
 @click.option(
+    "--sidecar",
+    type=click.Path(path_type=Path),
+    metavar="FILE.json",
+    help="Also write how it was measured as a sidecar, with the keys of BIDS where there are any.",
+)
+@click.option(
     "--sweep",
     type=Numbers("N,N,...", None, 1, 10_000),
     help="Compare numbers of columns: fidelity, length, travel and time; as table, CSV and plot.",
@@ -53,6 +59,7 @@ def command(
     picture: Path | None,
     no_picture: bool,
     hatch_lines: bool,
+    sidecar: Path | None,
     sweep: tuple[int, ...] | None,
     profile_name: str,
     overrides: tuple[str, ...],
@@ -71,7 +78,9 @@ def command(
         no_effect("no picture (--no-picture)", "picture", "hatch_lines")
     if sweep is None:
         no_effect("an orientation without --sweep", "profile_name", "overrides")
-    for place in (target, drawn, *swept):
+    if sidecar is not None and target is not None and sidecar.resolve() == target.resolve():
+        raise click.UsageError(f"{sidecar} is to hold the grid; name another file with --sidecar.")
+    for place in (target, drawn, sidecar, *swept):
         not_onto_input(file, place)
         not_onto_profile(profile_name, place)
         output.check_place(place)
@@ -91,6 +100,10 @@ def command(
             output.write(drawn, [image])
         if rows:
             _write_sweep(swept, rows)
+        if sidecar is not None:
+            from vslice.sidecar import sidecar as record
+
+            output.write(sidecar, [record(sheet.grid, file)])
         output.write(target, [grid.dumps(sheet.grid).encode("utf-8")])
     told = rows_of(sheet) | {"written to": "stdout" if target is None else str(target)}
     if drawn is not None and image is not None:
