@@ -1,4 +1,4 @@
-"""A sidecar beside a grid that was measured: its record, with the keys of the Brain Imaging Data Structure."""
+"""A sidecar beside a measured grid: its record, with the keys of the Brain Imaging Data Structure."""
 
 import json
 from pathlib import Path
