@@ -8,13 +8,14 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ARROWS = {
-    "vslice": {"gcode", "slicer", "printer", "profiles", "dialect", "tissue"},
+    "vslice": {"gcode", "slicer", "printer", "profiles", "dialect", "tissue", "studies"},
     "gcode": {"slicer", "profiles", "dialect"},
     "slicer": set(),
     "printer": {"dialect"},
     "profiles": {"dialect"},
     "dialect": set(),
     "tissue": {"slicer"},
+    "studies": set(),
 }
 SEQUENCE = ROOT / "slicer" / "sequence"
 INNER = {

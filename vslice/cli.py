@@ -26,6 +26,7 @@ COMMANDS = {
     "emulate": "Be a printer on a pseudo-terminal, for other hosts and for learning.",
     "compare": "Compare the methods of ordering on one sheet.",
     "nozzles": "Compare nozzles on one sheet: which of them print it as it is.",
+    "study": "Order thousands of sheets, and report what they say.",
     "paper": "Reproduce the source paper's table and figures.",
     "profiles": "List and show the machines that vslice knows.",
     "grid-schema": "Print the JSON Schema of a grid file.",

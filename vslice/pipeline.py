@@ -25,7 +25,7 @@ from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
 from slicer.sequence import Result
-from slicer.sequence.problem import Progress
+from slicer.sequence.problem import Objective, Progress
 from slicer.support import Hanging, hanging
 from slicer.travel import Plan
 from vslice import __version__
@@ -234,24 +234,9 @@ def slice_grid(
     height = bead_height_mm(profile.material, sheet.spacing_mm[row, col])
     volume.check_sheet(lines.segments, height, profile, lines.tile)
     step("sequencing")
-    spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
-    body = body_of(profile, spacing)
-    downhill = profile.nozzle.downhill_deg
-    overlap = profile.nozzle.overlap_mm
-    shaped = printable(sheet.source, lines, search.start, body, downhill, search.conflicts, overlap)
+    shaped, objective, result = ordered(sheet, lines, profile, search, progress)
     lines, problem = shaped.lines, shaped.problem
-    join = join_mm(profile, spacing)
-    objective = objective_of(profile, objective_name(search.objective), counted_join_mm(join, shaped.ends))
-    result = sequence.solve(
-        problem,
-        method=search.method,
-        effort=search.effort,
-        time_limit_s=search.time_limit_s,
-        seed=search.seed,
-        objective=objective,
-        workers=search.workers,
-        progress=progress,
-    )
+    body = problem.body
     step("routing")
     plan = routed(sheet, shaped, result, profile)
     step("building")
@@ -282,6 +267,35 @@ def slice_grid(
     hangs = hanging(plan.toolpaths, made.height_mm)
     pressing = pressing_of(made, profile)
     return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs)
+
+
+def ordered(
+    sheet: Grid,
+    lines: Hatch,
+    profile: Profile,
+    search: Search,
+    progress: Callable[[Progress], None] | None = None,
+) -> tuple[Printable, Objective, Result]:
+    """The toolpaths of a sheet as a profile's nozzle can print them, what they cost, and their order."""
+    spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+    body = body_of(profile, spacing)
+    nozzle = profile.nozzle
+    shaped = printable(
+        sheet.source, lines, search.start, body, nozzle.downhill_deg, search.conflicts, nozzle.overlap_mm
+    )
+    join = counted_join_mm(join_mm(profile, spacing), shaped.ends)
+    objective = objective_of(profile, objective_name(search.objective), join)
+    result = sequence.solve(
+        shaped.problem,
+        method=search.method,
+        effort=search.effort,
+        time_limit_s=search.time_limit_s,
+        seed=search.seed,
+        objective=objective,
+        workers=search.workers,
+        progress=progress,
+    )
+    return shaped, objective, result
 
 
 def routed(sheet: Grid, shaped: Printable, result: Result, profile: Profile) -> Plan:

@@ -26,8 +26,9 @@ WRONG_INPUT = {
     "PortNameError",
     "TissueError",
     "MissingLibraryError",
+    "StudyError",
 }
-OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice", "tissue"}
+OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice", "tissue", "studies"}
 
 
 class InputError(click.ClickException):

@@ -1,0 +1,78 @@
+"""What a worker does: tasks, one after another, each with its time, its memory, and its error if any."""
+
+import importlib
+import os
+import socket
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+Function = Callable[[Mapping[str, Any]], dict[str, Any]]
+MOST_ERROR = 500
+"""Characters of an error that are kept."""
+
+_warm: set[str] = set()
+
+
+def work(call: str, tasks: Sequence[tuple[int, str, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Rows of some tasks.
+
+    Args:
+        call: "module:function", which is given the task and returns its figures.
+        tasks: index, key and values of each.
+    """
+    function = ready(call)
+    rows = []
+    for index, key, task in tasks:
+        row: dict[str, Any] = {"index": index, "key": key, **task, "error": None}
+        fresh = _forget_peak()
+        begin = time.perf_counter()
+        try:
+            row |= function(task)
+        except MemoryError:
+            row["error"] = "MemoryError: the sheet is too large for this machine"
+        except Exception as error:  # noqa: BLE001 - one sheet's failure is recorded, and the others go on
+            row["error"] = f"{type(error).__name__}: {error}"[:MOST_ERROR]
+        row["seconds"] = time.perf_counter() - begin
+        row["peak_mb"] = _peak_mb() if fresh else None
+        row["host"], row["process"] = socket.gethostname(), os.getpid()
+        rows.append(row)
+    return rows
+
+
+def ready(call: str) -> Function:
+    """The function of a task; the first time in a process, after the module's ``warm_up`` where it has one.
+
+    One process of a machine at a time warms up, so that machine code which is kept on disk is compiled once.
+    """
+    module_name, _, name = call.partition(":")
+    module = importlib.import_module(module_name)
+    if call not in _warm:
+        if hasattr(module, "warm_up"):
+            from locket import lock_file
+
+            user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "")
+            with lock_file(str(Path(tempfile.gettempdir()) / f"vslice-study-{user}.lock")):
+                module.warm_up()
+        _warm.add(call)
+    function: Function = getattr(module, name)
+    return function
+
+
+def _forget_peak() -> bool:
+    """Let the highest memory of this process count anew (Linux, proc(5)); whether that can be."""
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        return False
+    return True
+
+
+def _peak_mb() -> float | None:
+    """Highest resident memory since then, in MB."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmHWM:"):
+            return int(line.split()[1]) / 1024
+    return None

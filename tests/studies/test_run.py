@@ -1,0 +1,195 @@
+"""Studies on real Dask clusters, killed in every part: the table is that of a run that nothing disturbed."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from study_functions import FIGURES
+
+from studies import Factor, Study, StudyError
+from studies.run import elsewhere, local_cluster, run
+from studies.store import Store, load
+
+CALL = "study_functions:square"
+TESTS = Path(__file__).parents[1]
+
+
+def study(count=150, kind="a", folder=""):
+    return Study(
+        "squares", (Factor("x", tuple(range(count))), Factor("kind", (kind,)), Factor("folder", (folder,)))
+    )
+
+
+def results(folder):
+    columns = ["index", "key", "x", "square", "half", "word", "error"]
+    return load(folder).select(columns).to_pydict()
+
+
+@pytest.fixture(scope="module")
+def client():
+    with local_cluster(2, 1000) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def undisturbed(client, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("undisturbed")
+    with Store(folder, study(), FIGURES, "1") as store:
+        standing = run(study(), CALL, store, client)
+    assert (standing.done, standing.before, standing.failed, standing.total) == (150, 0, 0, 150)
+    found = results(folder)
+    assert found["square"] == [x * x for x in range(150)]
+    return found
+
+
+def test_each_task_is_computed_once_and_an_end_is_an_end(client, tmp_path):
+    marks = tmp_path / "marks"
+    marks.mkdir()
+    asked = study(60, folder=str(marks))
+    for _ in range(2):
+        with Store(tmp_path / "r", asked, FIGURES, "1") as store:
+            run(asked, CALL, store, client)
+    assert sorted(int(mark.name.split("-")[0]) for mark in marks.iterdir()) == list(range(60))
+
+
+def test_a_failing_sheet_is_recorded_and_the_others_go_on(client, tmp_path):
+    asked = study(30, kind="odd ones fail")
+    with Store(tmp_path, asked, FIGURES, "1") as store:
+        standing = run(asked, CALL, store, client)
+    assert standing.failed == 15
+    errors = load(tmp_path)["error"].to_pylist()
+    assert errors[1] == "ValueError: 1 is odd"
+    assert errors[0] is None
+
+
+def test_a_killed_worker_changes_nothing(client, tmp_path, undisturbed):
+    with Store(tmp_path, study(), FIGURES, "1") as store:
+        victims = list(client.run(os.getpid).values())
+        threading.Timer(0.3, os.kill, (victims[0], signal.SIGKILL)).start()
+        run(study(), CALL, store, client)
+    assert results(tmp_path) == undisturbed
+
+
+def test_a_task_that_kills_its_worker_every_time_fails_alone(tmp_path):
+    asked = study(8, kind="three kills")
+    with local_cluster(1, 1000) as client, Store(tmp_path, asked, FIGURES, "1") as store:
+        standing = run(asked, CALL, store, client)
+    assert standing.failed == 1
+    errors = load(tmp_path)["error"].to_pylist()
+    assert "Killed" in errors[3]
+    assert [error for k, error in enumerate(errors) if k != 3] == [None] * 7
+
+
+def children(script, *words):
+    environment = os.environ | {"PYTHONPATH": f"{TESTS}:{TESTS.parent}:{os.environ.get('PYTHONPATH', '')}"}
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script), *map(str, words)], env=environment, stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL, text=True,
+    )  # fmt: skip
+
+
+CLIENT = """
+    import sys
+    from pathlib import Path
+    from study_functions import FIGURES
+    from studies import Factor, Study
+    from studies.run import local_cluster, run
+    from studies.store import Store
+    if __name__ == "__main__":
+        asked = Study("squares", (Factor("x", tuple(range(150))), Factor("kind", ("a",)), Factor("folder", ("",))))
+        with Store(Path(sys.argv[1]), asked, FIGURES, "1") as store, local_cluster(1, 1000) as client:
+            def told(standing):
+                print(standing.done, flush=True)
+            run(asked, "study_functions:square", store, client, told)
+"""
+
+
+def test_a_killed_client_loses_nothing_that_had_come_back(tmp_path, undisturbed):
+    """Twice at some moment, as the kernel does when memory ends; then it runs to its end."""
+    kept = 0
+    for _ in range(2):
+        process = children(CLIENT, tmp_path)
+        for line in process.stdout:
+            if int(line) > kept + 5:
+                break
+        process.kill()
+        process.wait()
+        folder = load(tmp_path)
+        assert len(folder) > kept
+        kept = len(folder)
+        assert folder["index"].to_pylist() == sorted(set(folder["index"].to_pylist()))
+    process = children(CLIENT, tmp_path)
+    process.communicate(timeout=120)
+    assert process.returncode == 0
+    assert results(tmp_path) == undisturbed
+
+
+SERVER = """
+    import asyncio, sys
+    from distributed import Scheduler, Worker
+    async def main():
+        async with Scheduler(port=int(sys.argv[2]), host="127.0.0.1", dashboard=False) as scheduler:
+            print(scheduler.address, flush=True)
+            await scheduler.finished()
+    async def work():
+        async with Worker(sys.argv[2], nthreads=1) as worker:
+            print("up", flush=True)
+            await worker.finished()
+    asyncio.run(main() if sys.argv[1] == "scheduler" else work())
+"""
+
+
+def served():
+    scheduler = children(SERVER, "scheduler", 0)
+    address = scheduler.stdout.readline().strip()
+    workers = [children(SERVER, "worker", address) for _ in range(2)]
+    for worker in workers:
+        assert worker.stdout.readline().strip() == "up"
+    return address, scheduler, workers
+
+
+def test_on_a_scheduler_elsewhere_that_is_killed_and_comes_again(tmp_path, undisturbed):
+    address, scheduler, workers = served()
+    try:
+        with Store(tmp_path, study(), FIGURES, "1") as store, elsewhere(address) as client:
+
+            def told(standing):
+                if standing.done > 0:
+                    scheduler.kill()
+
+            with pytest.raises(StudyError, match="Run the same command"):
+                run(study(), CALL, store, client, told)
+    finally:
+        for process in (scheduler, *workers):
+            process.kill()
+            process.wait()
+    address, scheduler, workers = served()
+    try:
+        with Store(tmp_path, study(), FIGURES, "1") as store, elsewhere(address) as client:
+            standing = run(study(), CALL, store, client)
+    finally:
+        for process in (scheduler, *workers):
+            process.kill()
+            process.wait()
+    assert standing.before > 0
+    assert results(tmp_path) == undisturbed
+
+
+def test_nobody_at_the_address_is_said_at_once():
+    begin = time.monotonic()
+    with pytest.raises(StudyError, match="no scheduler answers"), elsewhere("tcp://127.0.0.1:1"):
+        pass
+    assert time.monotonic() - begin < 60
+
+
+def test_a_function_that_workers_do_not_have_ends_the_run(client, tmp_path):
+    with Store(tmp_path, study(3), FIGURES, "1") as store:
+        with pytest.raises(StudyError, match="no_such_module"):
+            run(study(3), "no_such_module:f", store, client)
+        assert not store.failed
