@@ -62,7 +62,9 @@ def from_csv(text: str, source: str) -> DrawnSheet:
             raise GridError(source, [wrong]) from None
         if len(row) not in (4, 5) or (rows and len(row) != len(rows[0])):
             wrong = f"line {number}: has {len(row)} numbers; x0, y0, x1, y1 are needed, perhaps a spacing"
-            raise GridError(source, [f"{wrong}, in every line the same."])
+            raise GridError(
+                source, [f"{wrong}, in every line the same. (A table of angles wants --tile-mm.)"]
+            )
         rows.append(row)
     if not rows:
         raise GridError(source, ["holds no toolpaths; a line is x0, y0, x1, y1 in mm."])

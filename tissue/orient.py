@@ -78,8 +78,9 @@ def orient(measured: Measurement, layout: Layout) -> Oriented:
         said.append(f"{dropped} of {angles.size} tiles are empty: outside, or without a direction")
     doubtful = int((tiles.coherence[~np.isnan(angles)] < DOUBTFUL).sum())
     if doubtful:
+        tiles_have = "tile has" if doubtful == 1 else "tiles have"
         said.append(
-            f"{doubtful} tiles have a coherence below {DOUBTFUL:g} and so hardly a direction; "
+            f"{doubtful} {tiles_have} a coherence below {DOUBTFUL:g} and so hardly a direction; "
             f"--min-coherence {DOUBTFUL:g} leaves them empty"
         )
     tile_mm = (round(tiles.side[0] * division.scale_mm, 6), round(tiles.side[1] * division.scale_mm, 6))
@@ -111,6 +112,9 @@ def _turned(field: Field, layout: Layout, said: list[str]) -> tuple[Field, float
     limit = layout.max_tilt_deg
     if layout.turn == "best" or (layout.turn is None and limit is not None):
         turn = turning.best_turn(field, limit)
+        if turn == 0:
+            said.append("not turned: no turn makes its fibres flatter by a degree")
+            return field, 0.0
         turned = field.turned(turn)
         gain = f"turned by {turn:g}°: mean tilt {turning.mean_tilt_deg(field):.1f}° becomes "
         gain += f"{turning.mean_tilt_deg(turned):.1f}°"
@@ -118,6 +122,7 @@ def _turned(field: Field, layout: Layout, said: list[str]) -> tuple[Field, float
             before, after = (turning.steeper_than(part, limit) for part in (field, turned))
             gain += f"; {before:.0%} of the fibres were steeper than {limit:g}°, now {after:.0%}"
         said.append(gain)
+        said.append("the sheet is the upright box around the turned tissue, so its corners are empty")
         return turned, turn
     turn = float(layout.turn or 0.0)
     return (field.turned(turn) if turn else field), turn

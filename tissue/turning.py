@@ -6,6 +6,8 @@ from numpy.typing import NDArray
 from tissue.field import Field, anisotropy, tilt_deg
 
 STEP_DEG = 0.5
+WORTH_DEG, WORTH_SHARE = 1.0, 0.01
+"""A turn that gains less, in mean tilt and in the share of steep fibres, is none: it only adds corners."""
 
 
 def steepness(field: Field) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -20,21 +22,26 @@ def steepness(field: Field) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def best_turn(field: Field, max_tilt_deg: float | None = None) -> float:
-    """The turn in (-90, 90] that gives the flattest fibres; of equal ones the least.
+    """The turn in (-90, 90] that gives the flattest fibres; of equal ones the least, and 0 where none pays.
 
     Args:
         max_tilt_deg: first of all, as few fibres as possible shall be steeper than this.
     """
     tilts, share = steepness(field)
-    best = (np.inf, np.inf, np.inf)
-    found = 0.0
-    for turn in np.arange(-90 + STEP_DEG, 90 + STEP_DEG / 2, STEP_DEG).tolist():
+
+    def rank_of(turn: float) -> tuple[float, float, float]:
         tilted = np.abs((tilts + turn + 90) % 180 - 90)
         too_steep = 0.0 if max_tilt_deg is None else float(share[tilted > max_tilt_deg].sum())
-        rank = (round(too_steep, 6), round(float((share * tilted).sum()), 6), abs(turn))
+        return round(too_steep, 6), round(float((share * tilted).sum()), 6), abs(turn)
+
+    as_it_is = best = rank_of(0.0)
+    found = 0.0
+    for turn in np.arange(-90 + STEP_DEG, 90 + STEP_DEG / 2, STEP_DEG).tolist():
+        rank = rank_of(turn)
         if rank < best:
             best, found = rank, turn
-    return float(found)
+    gains = as_it_is[0] - best[0] >= WORTH_SHARE or as_it_is[1] - best[1] >= WORTH_DEG
+    return float(found) if gains else 0.0
 
 
 def mean_tilt_deg(field: Field) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vslice.options import Decorator, Number
+from vslice.options import Decorator, Number, given
 
 if TYPE_CHECKING:
     from tissue.settings import ImageSettings, Layout, VolumeSettings
@@ -204,8 +204,18 @@ def measured_kind(file: Path) -> str | None:
     if file.is_file():
         from tissue.picture import kind_of
 
-        return "image" if kind_of(file) is not None else None
+        if kind_of(file) is not None:
+            return "image"
+    # What is called an image and is none is refused as one.
     return "image" if name.endswith(IMAGE_ENDINGS) else None
+
+
+def means_angles(file: Path) -> bool:
+    """Whether a table is one of angles, not of toolpaths of one's own: .npy, or with an option for angles."""
+    name = file.name.lower()
+    return name.endswith(".npy") or (
+        name.endswith(".csv") and any(map(given, ("tile_mm", "size_mm", "unit")))
+    )
 
 
 def layout_of(asked: Mapping[str, Any], spacing_mm: float) -> "Layout":

@@ -107,3 +107,12 @@ def test_coherence_of_nothing_is_0():
             2,
         ).tilt_deg
     ).all()
+
+
+def test_fibres_that_no_turn_makes_flatter_are_not_turned():
+    """Two halves at right angles are as steep at every turn; half a degree is not worth empty corners."""
+    halves = np.where(np.arange(8)[:, None] < 4, 10.0, -80.0) * np.ones((8, 8))
+    assert best_turn(field_of(halves)) == 0
+    assert best_turn(field_of(np.full((8, 8), 0.5))) == 0
+    assert best_turn(field_of(np.full((8, 8), 20.0))) == -20
+    assert best_turn(field_of(halves), 45) != 0  # the half that is steep can be turned below 45 degrees

@@ -93,6 +93,25 @@ def test_an_image_is_sliced_at_once_and_the_program_passes_the_check(picture):
     assert picture("check", "part.gcode", "--grid", "sheet.json")[0] == 0
 
 
+def test_a_table_of_angles_is_sliced_at_once_where_its_tiles_have_a_size(run):
+    Path("angles.csv").write_text("10,20\n-10,5\n")
+    words = ("-p", "paper", "--effort", "quick")
+    code, _, err = run("angles.csv", "--tile-mm", "3", "-o", "part.gcode", *words)
+    assert code == 0, err
+    assert "2x2" in err
+    code, _, err = run("angles.csv", "-o", "part.gcode", *words)
+    assert code == 2
+    assert "--tile-mm" in err
+
+
+def test_what_is_called_a_picture_and_is_none_is_refused_as_one(run):
+    Path("text.png").write_text("no picture")
+    for words in (("orient", "text.png"), ("text.png", "-o", "x.gcode")):
+        code, _, err = run(*words, "--tiles", "4x3", "--size-mm", "12")
+        assert code == 2
+        assert "is no PNG, JPEG, BMP or TIFF" in err
+
+
 def test_turns_are_told(picture):
     code, _, err = picture("orient", "muscle.png", "--size-mm", "8", "--rotate", "best", "-o", "a.json")
     assert code == 0

@@ -28,7 +28,7 @@ from vslice.options import (
     start_option,
     with_nozzle,
 )
-from vslice.orient_options import ALL, measured_kind, measuring_options
+from vslice.orient_options import ALL, means_angles, measured_kind, measuring_options
 from vslice.pressed import pressed
 from vslice.terminal.session import Steps, common, progress, say, so_far, warnings_said
 
@@ -122,7 +122,7 @@ def command(
         check_name(port)  # rather than behind a long search
     ignored = (IGNORED_STRAIGHT if objective == "straight" else IGNORED).get(method, ())
     no_effect(f"--method {method}", *(name for name in ignored if name != "workers" or workers > 1))
-    measured = not piped and measured_kind(grid_file) is not None
+    measured = not piped and (measured_kind(grid_file) is not None or means_angles(grid_file))
     if not measured:
         no_effect("a grid", *ALL)
     restart = target is not None and _may_lose_job(target, send)
