@@ -29,7 +29,7 @@ TRIES = 2
 SILENCE_S = 60.0
 """For so long may a scheduler be out of reach."""
 
-GONE = "the scheduler cannot be reached any more; what has come back is kept. Run the same command again to go on."
+GONE = "the scheduler is gone; what has come back is kept. Run the same command again to go on."
 
 Parcel = list[tuple[int, str, dict[str, Any]]]
 
