@@ -1,9 +1,9 @@
-"""What Dask costs a study: tasks that do nothing, tasks that sleep on many workers, and tiny sheets in earnest.
+"""What Dask costs a study: tasks that do nothing, tiny sheets in earnest, and sleepers on many workers.
 
     python benchmarks/study_overhead.py [--tasks 20000] [--sleepers 100] [--sheets 2000]
 
-prints the time of each task beyond its work. Sleepers are workers in one process, which shows what the scheduler and
-the client take, not what as many machines give.
+prints the time of each task beyond its work. Sleepers are workers in one process, which shows what the
+scheduler and the client take, not what as many machines give.
 """
 
 import argparse
@@ -42,9 +42,8 @@ def main():
     asked.add_argument("--sheets", type=int, default=2000)
     words = asked.parse_args()
     cores = len(os.sched_getaffinity(0))
-    print(
-        f"{cores} cores\n\n| what | tasks | workers | wall, s | work, s | beyond it, ms a task |\n|---|---|---|---|---|---|"
-    )
+    print(f"{cores} cores\n\n| what | tasks | workers | wall, s | work, s | beyond it, ms a task |")
+    print("|---" * 6 + "|")
 
     def row(what, tasks, workers, wall, work):
         beyond = 1000 * (wall - work / workers) / tasks
