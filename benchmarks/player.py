@@ -39,7 +39,8 @@ def program_text(tiles: int) -> str:
     toolpaths[1::2] = toolpaths[1::2, ::-1].copy()
     n = len(order)
     length = straight_mm(toolpaths)
-    plan = Plan(toolpaths, order, np.empty((0, 2)), np.zeros(n + 1, np.int64), length, length)
+    via, joined = np.zeros(n + 1, np.int64), np.zeros(n, np.bool_)
+    plan = Plan(toolpaths, order, np.empty((0, 2)), via, joined, length, length)
     profile = profiles.load("marlin-syringe")
     made = program.lay_out(plan, profile, np.full(n, 1 / 12))
     facts = {"version": "benchmark", "profile": "marlin-syringe", "toolpaths": str(n)}

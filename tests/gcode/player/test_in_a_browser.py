@@ -357,7 +357,7 @@ def test_a_file_of_120_000_toolpaths_opens_and_plays(chromium, tmp_path):
     file = tmp_path / "large.html"
     file.write_text(page([track]), encoding="utf-8")
     with showing(chromium, file.as_uri()) as opened:
-        opened.evaluate("player.speed = 1000; player.play()")
+        opened.evaluate("player.speed = 100; player.play()")
         until(opened, "player.frames > 20 && player.panes[0].toolpath > 1000")
         opened.evaluate("player.pause(); player.seek(player.total)")
         assert figure(opened, "toolpath") == "120000 of 120000"
