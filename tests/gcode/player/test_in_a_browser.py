@@ -2,13 +2,15 @@
 
 import itertools
 
+import numpy as np
 import pytest
 from browsing import browser, figure, inked, settle, showing, until
 from making import POINT, make_grid, make_lines, read_lines
 
 import profiles
 from gcode.check import check
-from gcode.player import page, track_of
+from gcode.player import Track, page, track_of
+from gcode.player.track import TOOLPATH, TRAVEL
 
 SHEET = make_grid([[-30, 20, 0], [10, -25, 35]], spacing=0.1)
 BODY = [
@@ -37,6 +39,15 @@ def tracks():
     bad = track_of(moves, loaded, name="slow.gcode", findings=check(moves, loaded).violations)
     assert len(bad.findings) >= 2
     return good, bad
+
+
+@pytest.fixture(scope="module")
+def one_page(chromium, tracks, tmp_path_factory):
+    """A page for tests that leave it as it was."""
+    file = tmp_path_factory.mktemp("one") / "part.html"
+    file.write_text(page([tracks[0]]), encoding="utf-8")
+    with showing(chromium, file.as_uri()) as opened:
+        yield opened
 
 
 @pytest.fixture
@@ -75,8 +86,9 @@ def test_it_plays_in_true_time_and_ends(shown, tracks):
         assert inked(opened, rgb=[62, 74, 137]) > empty
 
 
-def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(shown):
-    with shown() as opened:
+@pytest.mark.parametrize("mark", ["#plain", "#webgl"])
+def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(shown, mark):
+    with shown(mark=mark) as opened:
         opened.uncheck("[data-option=ghosts]")  # they lie below what is added, and are left out anew
         for share in (0.2, 0.3, 0.5, 0.8):
             opened.evaluate(f"player.seek(player.total * {share})")
@@ -300,19 +312,18 @@ def test_the_nozzle_is_drawn_to_scale_and_what_pushes_into_it_is_told(shown):
 
 
 @pytest.mark.parametrize("colour", ["order", "tile", "tilt", "time", "speed", "tool", "plain"])
-def test_toolpaths_are_coloured_by_what_is_chosen(shown, colour):
-    with shown() as opened:
-        opened.click("#last")
-        opened.select_option("#colour", colour)
-        settle(opened)
-        drawn = opened.evaluate(
-            """() => { const pane = player.panes[0], seen = new Set();
-              for (let k = 0; k < pane.track.n; k++) seen.add(pane.colourOf(pane.track.stepOf[k]));
-              return seen.size; }"""
-        )
-        exact = {"tile": 6, "tool": 1, "plain": 1}
-        assert drawn == exact[colour] if colour in exact else drawn >= {"speed": 1, "tilt": 6}.get(colour, 50)
-        assert inked(opened) > 1000
+def test_toolpaths_are_coloured_by_what_is_chosen(one_page, colour):
+    one_page.click("#last")
+    one_page.select_option("#colour", colour)
+    settle(one_page)
+    drawn = one_page.evaluate(
+        """() => { const pane = player.panes[0], seen = new Set();
+          for (let k = 0; k < pane.track.n; k++) seen.add(pane.colourOf(pane.track.stepOf[k]));
+          return seen.size; }"""
+    )
+    exact = {"tile": 6, "tool": 1, "plain": 1}
+    assert drawn == exact[colour] if colour in exact else drawn >= {"speed": 1, "tilt": 6}.get(colour, 50)
+    assert inked(one_page) > 1000
 
 
 def test_boxes_show_and_hide_what_they_say(shown):
@@ -334,31 +345,94 @@ def test_boxes_show_and_hide_what_they_say(shown):
         assert opened.evaluate("player.panes[0].labelled") == 0
 
 
-def test_without_webgl_it_is_drawn_plainly(shown):
-    with shown(mark="#plain") as opened:
-        assert opened.evaluate("player.panes[0].painter.ctx !== undefined")
+def test_a_processor_draws_without_webgl_and_what_it_draws_is_the_same(shown):
+    counted = {}
+    for mark, painter in (("", "PlainPainter"), ("#webgl", "GlPainter")):  # this browser has no graphics card
+        with shown(mark=mark) as opened:
+            assert opened.evaluate("player.panes[0].painter.constructor.name") == painter
+            opened.click("#last")
+            opened.click("#first")
+            opened.evaluate("player.seek(player.total / 2)")
+            counted[mark] = inked(opened)
+    assert counted[""] == pytest.approx(counted["#webgl"], rel=0.05)
+    assert counted[""] > 1000
+
+
+def test_joins_are_told_apart_from_toolpaths(shown):
+    loaded = profiles.load("marlin-generic", [POINT, "motion.join_mm=0.5"])
+    moves = read_lines(make_lines(SHEET, "marlin-generic", "motion.join_mm=0.5"))
+    track = track_of(moves, loaded, name="joined.gcode")
+    joins = int(track.join.sum())
+    assert joins > 5
+    first = int(np.flatnonzero(track.join)[0])
+    with shown(track) as opened:
         opened.click("#last")
-        assert inked(opened) > 1000
-        opened.click("#first")
-        opened.evaluate("player.seek(player.total / 2)")
-        assert inked(opened) > 1000
+        assert figure(opened, "toolpath") == f"{track.toolpaths} of {track.toolpaths}"
+        assert figure(opened, "joins").startswith(f"{joins}, ")
+        opened.evaluate(f"player.picked(player.panes[0], {first})")
+        assert figure(opened, "toolpath").startswith(f"{first} of")  # it goes on from the one before
+        assert figure(opened, "doing") == "going on to the next toolpath"
+        opened.click("#forth")
+        assert figure(opened, "toolpath").startswith(f"{first + 1} of")
+        opened.click("#back")
+        assert figure(opened, "toolpath").startswith(f"{first} of")
+        opened.fill("#number", str(track.toolpaths))
+        opened.press("#number", "Enter")
+        assert figure(opened, "toolpath").startswith(f"{track.toolpaths} of")
+    with shown() as opened:
+        assert opened.is_hidden(".joins")
 
 
 def test_a_file_of_120_000_toolpaths_opens_and_plays(chromium, tmp_path):
-    lines = ["G21", "G90", "M83", "G0 X0 Y110 Z0.1 F6000"]
-    for row in range(300):
-        for k in range(400) if row % 2 == 0 else reversed(range(400)):
-            begin, end = (k * 0.5, k * 0.5 + 0.4) if row % 2 == 0 else (k * 0.5 + 0.4, k * 0.5)
-            z = 0.1 + 0.2 * row
-            lines += [f"G0 X{begin:.3f} Z{z:.3f}", f"G1 X{end:.3f} E0.01330 F1200"]
-    moves = read_lines(lines)
-    track = track_of(moves, profiles.load("marlin-generic"), name="large.gcode")
-    assert track.toolpaths == 120_000
     file = tmp_path / "large.html"
-    file.write_text(page([track]), encoding="utf-8")
+    file.write_text(page([large()]), encoding="utf-8")
     with showing(chromium, file.as_uri()) as opened:
         opened.evaluate("player.speed = 100; player.play()")
         until(opened, "player.frames > 20 && player.panes[0].toolpath > 1000")
         opened.evaluate("player.pause(); player.seek(player.total)")
         assert figure(opened, "toolpath") == "120000 of 120000"
-        assert inked(opened) > 10_000
+        full = inked(opened)
+        assert full > 10_000
+        # Drawn anew slice by slice; meanwhile the old picture stands where the view has moved it.
+        moved = opened.evaluate(
+            """() => new Promise((done) => { player.panes[0].pan(40, 0);
+              requestAnimationFrame(() => done([player.whole, player.panes[0].canvas.style.transform])); })"""
+        )
+        assert moved == [False, "translate(40px, 0px) scale(1)"]
+        settle(opened)
+        assert opened.evaluate("[player.whole, player.panes[0].canvas.style.transform]") == [True, ""]
+        assert inked(opened) == pytest.approx(full, rel=0.05)
+        # What was printed later goes, and what is asked for meanwhile is drawn too.
+        opened.evaluate("player.seek(player.total / 2)")
+        opened.evaluate("player.seek(player.total / 4)")
+        settle(opened)
+        assert opened.evaluate("player.panes[0].painter.shown.drawn") == pytest.approx(60_000, abs=2)
+
+
+def large():
+    """120,000 toolpaths in 300 rows, to and fro, with a travel to each."""
+    rows, cols = 300, 400
+    begin, end = 0.5 * np.arange(cols), 0.5 * np.arange(cols) + 0.4
+    there = np.stack([begin, end], axis=1).ravel()
+    back = np.stack([end, begin], axis=1)[::-1].ravel()
+    x = np.concatenate([there if row % 2 == 0 else back for row in range(rows)])
+    n = rows * cols
+    steps = np.arange(2 * n)
+    return Track(
+        name="large.gcode",
+        end_mm=np.stack([x, np.repeat(0.1 + 0.2 * np.arange(rows), 2 * cols)], axis=1),
+        end_s=0.02 * (steps + 1),
+        kind=np.where(steps % 2, TOOLPATH, TRAVEL).astype(np.uint8),
+        line=steps + 5,
+        volume_ul=0.01 * (steps // 2),
+        speed_mm_s=np.full(2 * n, 20.0),
+        tool=np.zeros(2 * n, np.uint8),
+        height_mm=np.full(n, 0.2),
+        join=np.zeros(n, np.uint8),
+        hangs=np.zeros(n, np.uint8),
+        after=np.maximum(np.arange(n) - cols, 0),
+        tile=np.empty(0, np.int64),
+        cols=0,
+        findings=(),
+        facts={"axes": "XZ", "bed_mm": 0.0, "nozzle": None, "head": {}},
+    )
