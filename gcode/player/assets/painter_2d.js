@@ -2,6 +2,7 @@
 // several times as fast, and no worse to look at.
 
 const SLICE = 24_000; // beads drawn in a frame: more would hold up what the user does
+const RIM_FROM_PX = 4, CORE = 0.62; // so wide beads have a rim, and their middle is so much of them
 
 class PlainPainter {
   constructor(canvas) {
@@ -14,6 +15,7 @@ class PlainPainter {
   load(shapes, colours) {
     this.shapes = shapes;
     this.count = shapes.all.length / 5;
+    this.widest = shapes.track.height.reduce((most, height) => Math.max(most, height), 0.4);
     this.shown = this.job = null;
     this.recolour(colours);
   }
@@ -66,6 +68,7 @@ class PlainPainter {
     const ratio = this.canvas.width / view.width;
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.lineCap = "round";
+    ctx.tint = ctx.wide = null; // what strokes have been set to: asking the canvas itself takes longer
   }
 
   // Ghosts, then what can be next, then what is printed, at most `room` of all; whether all of it is there.
@@ -85,56 +88,67 @@ class PlainPainter {
     return to === want.drawn;
   }
 
+  // Where the middle of the sheet is in a view, and which coordinates about it are off the picture, `wide` apart.
+  seen(view, wide) {
+    const [mx, my] = this.shapes.middle, { scale } = view;
+    const x = view.width / 2 + (mx - view.cx) * scale, y = view.height / 2 - (my - view.cy) * scale;
+    return { x, y, left: (-wide - x) / scale, right: (view.width + wide - x) / scale, low: (y - view.height - wide) / scale, high: (y + wide) / scale };
+  }
+
   // Beads of one colour: neighbours of one width are one path, since many short paths are slow.
   even(ctx, view, shapes, from, to, colour) {
-    const ox = view.width / 2 + (this.shapes.middle[0] - view.cx) * view.scale, oy = view.height / 2 - (this.shapes.middle[1] - view.cy) * view.scale;
-    const { scale } = view;
+    const { scale } = view, { x, y, left, right, low, high } = this.seen(view, this.widest * scale);
     let width = -1;
+    ctx.tint = ctx.wide = null;
     ctx.strokeStyle = colour;
     for (let p = 5 * from; p < 5 * to; p += 5) {
-      const half = shapes[p + 4];
-      if (half < 0) continue;
+      const half = shapes[p + 4], x0 = shapes[p], y0 = shapes[p + 1], x1 = shapes[p + 2], y1 = shapes[p + 3];
+      if (half < 0 || (x0 < left && x1 < left) || (x0 > right && x1 > right) || (y0 < low && y1 < low) || (y0 > high && y1 > high)) continue;
       const wide = Math.max(1, 2 * half * scale);
       if (wide !== width) {
         if (width > 0) ctx.stroke();
         ctx.beginPath();
         ctx.lineWidth = width = wide;
       }
-      ctx.moveTo(ox + shapes[p] * scale, oy - shapes[p + 1] * scale);
-      ctx.lineTo(ox + shapes[p + 2] * scale, oy - shapes[p + 3] * scale);
+      ctx.moveTo(x + x0 * scale, y - y0 * scale);
+      ctx.lineTo(x + x1 * scale, y - y1 * scale);
     }
     if (width > 0) ctx.stroke();
   }
 
-  // What is printed, each by itself, so that it looks the same whenever it was drawn.
+  // What is printed, each by itself, so that it looks the same whenever it was drawn. Wide beads have a darker rim.
   each(ctx, view, from, to, travels) {
-    const ox = view.width / 2 + (this.shapes.middle[0] - view.cx) * view.scale, oy = view.height / 2 - (this.shapes.middle[1] - view.cy) * view.scale;
     const { scale } = view, shapes = this.shapes.all, { tints } = this;
-    let tint = -1, width = -1;
+    const { x, y, left, right, low, high } = this.seen(view, this.widest * scale);
     for (let i = from, p = 5 * from; i < to; i++, p += 5) {
-      const half = shapes[p + 4];
-      if (half < 0 && !travels) continue;
+      const half = shapes[p + 4], x0 = shapes[p], y0 = shapes[p + 1], x1 = shapes[p + 2], y1 = shapes[p + 3];
+      if ((half < 0 && !travels) || (x0 < left && x1 < left) || (x0 > right && x1 > right) || (y0 < low && y1 < low) || (y0 > high && y1 > high)) continue;
       const wide = half < 0 ? 1 : Math.max(1, 2 * half * scale);
-      if (tints[i] !== tint) ctx.strokeStyle = tintOf(tint = tints[i]);
-      if (wide !== width) ctx.lineWidth = width = wide;
       ctx.beginPath();
-      ctx.moveTo(ox + shapes[p] * scale, oy - shapes[p + 1] * scale);
-      ctx.lineTo(ox + shapes[p + 2] * scale, oy - shapes[p + 3] * scale);
-      ctx.stroke();
+      ctx.moveTo(x + x0 * scale, y - y0 * scale);
+      ctx.lineTo(x + x1 * scale, y - y1 * scale);
+      if (wide > RIM_FROM_PX) this.stroke(ctx, tintOf(tints[i], 1), wide);
+      this.stroke(ctx, tintOf(tints[i], 0), wide > RIM_FROM_PX ? wide * CORE : wide);
     }
+  }
+
+  stroke(ctx, colour, width) {
+    if (ctx.tint !== colour) ctx.strokeStyle = ctx.tint = colour;
+    if (ctx.wide !== width) ctx.lineWidth = ctx.wide = width;
+    ctx.stroke();
   }
 }
 
 const css = ([r, g, b]) => `rgb(${Math.round(255 * r)} ${Math.round(255 * g)} ${Math.round(255 * b)})`;
 
-const tintNames = new Map();
+const tintNames = [new Map(), new Map()];
 
-// The words for four bytes r, g, b, a read as one number.
-function tintOf(tint) {
-  let words = tintNames.get(tint);
+// The words for four bytes r, g, b, a read as one number; or, of a rim, for a darker shade of it.
+function tintOf(tint, rim) {
+  let words = tintNames[rim].get(tint);
   if (!words) {
-    const [r, g, b] = new Uint8Array(Uint32Array.of(tint).buffer);
-    tintNames.set(tint, words = `rgb(${r} ${g} ${b})`);
+    const part = rim ? 0.74 : 1, [r, g, b] = new Uint8Array(Uint32Array.of(tint).buffer);
+    tintNames[rim].set(tint, words = `rgb(${Math.round(part * r)} ${Math.round(part * g)} ${Math.round(part * b)})`);
   }
   return words;
 }

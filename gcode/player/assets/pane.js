@@ -2,6 +2,9 @@
 
 const STANDING = ["travelling", "printing", "filling the nozzle", "standing", "on its way, not followed"];
 
+// Three digits, and what is less than a nanolitre as none.
+const volumeWords = (ul) => `${ul >= 100 ? ul.toFixed(0) : ul < 0.1 ? ul.toFixed(3) : ul.toPrecision(3)} µL`;
+
 class Pane {
   constructor(root, options, told) {
     this.root = root; this.options = options; this.told = told;
@@ -98,7 +101,7 @@ class Pane {
     put("printed", `${track.value(track.printed, at).toFixed(1)} mm`);
     put("joins", `${track.done[Math.min(at.step, track.steps)] - track.number[track.done[Math.min(at.step, track.steps)]]}, ${track.value(track.joined, at).toFixed(1)} mm`);
     put("travel", `${track.value(track.travelled, at).toFixed(1)} mm`);
-    put("material", `${track.volumeAt(at).toPrecision(3).replace(/e.*$/, "")} µL`);
+    put("material", volumeWords(track.volumeAt(at)));
     put("place", `${at.x.toFixed(2)}, ${at.y.toFixed(2)} mm`);
     const allowed = nozzle?.press_mm;
     put("body", nozzle
