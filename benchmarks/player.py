@@ -83,10 +83,10 @@ WHOLE = """() => new Promise((done) => {
 """How long it took until all of what was asked for is drawn, in seconds since the page was opened."""
 
 
-def load(browser: Any, address: str) -> tuple[Any, float]:
-    """The page, and how many seconds it took from opening it to the whole picture."""
+def load(browser: Any, address: str) -> tuple[Any, float, float]:
+    """The page, how many seconds it took from opening it to the whole picture, and seconds of processor."""
     opened = browser.new_page(viewport={"width": 1280, "height": 800})
-    begin = time.perf_counter()
+    before, begin = cpu_seconds(os.getpid()), time.perf_counter()
     opened.goto(address, wait_until="commit")
     opened.wait_for_selector("body[data-ready]", timeout=120_000)
     opened.evaluate(WHOLE)
@@ -95,7 +95,7 @@ def load(browser: Any, address: str) -> tuple[Any, float]:
             "() => { const g = player.panes[0].painter.gl;"
             " g.readPixels(0, 0, 1, 1, g.RGBA, g.UNSIGNED_BYTE, new Uint8Array(4)); }"
         )
-    return opened, time.perf_counter() - begin
+    return opened, time.perf_counter() - begin, cpu_seconds(os.getpid()) - before
 
 
 def told(values: list[float], unit: str, digits: int, best: Any = min) -> str:
@@ -116,14 +116,15 @@ def seek(opened: Any, share: float) -> float:
 
 def frames(start: Callable[[], Any], address: str, seconds: float, repeat: int) -> None:
     """Load the page anew several times and play it; tell how it went."""
-    loads, forth, back = [], [], []
+    loads, works, forth, back = [], [], [], []
     played: dict[int, list[float]] = {1: [], 100: [], 1000: []}
     cost: dict[int, list[float]] = {speed: [] for speed in played}
     painter = ""
     for _ in range(repeat):
         browser = start()
-        opened, loaded = load(browser, address)
+        opened, loaded, work = load(browser, address)
         loads.append(loaded)
+        works.append(work)
         painter = opened.evaluate("player.panes[0].painter.constructor.name")
         forth.append(seek(opened, 1.0))
         back.append(seek(opened, 0.33))
@@ -140,7 +141,7 @@ def frames(start: Callable[[], Any], address: str, seconds: float, repeat: int) 
             cost[speed].append(1000 * (cpu_seconds(os.getpid()) - before) / max(count, 1))
         browser.close()
     print(f"{painter}, {repeat} runs, load {os.getloadavg()[0]:.1f}")
-    print(f"  from opening to the whole picture: {told(loads, 's', 2)}")
+    print(f"  from opening to the whole picture: {told(loads, 's', 2)}; {told(works, 's of processor', 2)}")
     print(f"  to the end: {told(forth, 's', 2)}; back to a third: {told(back, 's', 2)}")
     for speed, rates in played.items():
         print(

@@ -105,7 +105,7 @@ class Pane {
     put("place", `${at.x.toFixed(2)}, ${at.y.toFixed(2)} mm`);
     const allowed = nozzle?.press_mm;
     put("body", nozzle
-      ? `${this.pressed.depth.toFixed(2)} mm deep, ${this.pressed.toolpaths.length} lines${allowed === null ? "" : `; ${allowed} mm allowed`}`
+      ? `${this.pressed.depth.toFixed(2)} mm deep, ${this.pressed.toolpaths.length} ${this.pressed.toolpaths.length === 1 ? "line" : "lines"}${allowed === null ? "" : `; ${allowed} mm allowed`}`
       : "a point");
   }
 
