@@ -1,5 +1,5 @@
-// The same pictures without WebGL, or where the browser would only pretend to have it: drawn by a processor, this is
-// several times as fast, and no worse to look at.
+// The same pictures without WebGL, or where the browser would only pretend to have it: drawn by a processor, this
+// takes half the work, and is no worse to look at.
 
 const SLICE = 24_000; // beads drawn in a frame: more would hold up what the user does
 const RIM_FROM_PX = 4, CORE = 0.62; // so wide beads have a rim, and their middle is so much of them
