@@ -1,19 +1,21 @@
 """Frames per second of the player, time to load, and size of its page, in a headless browser.
 
-usage: python benchmarks/player.py [--tiles 100] [--chromium /usr/bin/chromium] [--seconds 5]
+usage: python benchmarks/player.py [--tiles 92] [--chromium /usr/bin/chromium] [--seconds 3] [--repeat 5]
 
-The sheet has TILES x TILES tiles of 1 mm with random tilts and 12 lines each, in rows of tiles: 120,000
-toolpaths with the default. The browser draws in software (SwiftShader), as on a machine without any graphics
-card. Beside the frames per second of a machine that may be busy with other things it tells what a frame
-costs: processor time of all processes of the browser.
+The sheet has TILES x TILES tiles of 1 mm with random tilts and 12 lines each, in rows of tiles: 121,936
+toolpaths with the default. The browser draws in software, as on a machine without any graphics card: first as
+the page chooses then, and by WebGL2 (SwiftShader) as well. Beside the frames per second of a machine that may
+be busy with other things it tells what a frame costs: processor time of all processes of the browser.
 """
 
 import argparse
 import gzip
 import os
+import statistics
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +41,8 @@ def program_text(tiles: int) -> str:
     toolpaths[1::2] = toolpaths[1::2, ::-1].copy()
     n = len(order)
     length = straight_mm(toolpaths)
-    plan = Plan(toolpaths, order, np.empty((0, 2)), np.zeros(n + 1, np.int64), length, length)
+    via, joined = np.zeros(n + 1, np.int64), np.zeros(n, np.bool_)
+    plan = Plan(toolpaths, order, np.empty((0, 2)), via, joined, length, length)
     profile = profiles.load("marlin-syringe")
     made = program.lay_out(plan, profile, np.full(n, 1 / 12))
     facts = {"version": "benchmark", "profile": "marlin-syringe", "toolpaths": str(n)}
@@ -73,35 +76,79 @@ def _parents(pid: int) -> str:
     return names
 
 
-def frames(browser: Any, address: str, seconds: float, plain: bool) -> None:
-    """Load the page and play it; tell how it went."""
-    opened = browser.new_page()
-    begin = time.perf_counter()
-    opened.goto(address + ("#plain" if plain else ""))
+WHOLE = """() => new Promise((done) => {
+  const next = () => window.player?.whole ? done(performance.now() / 1000) : setTimeout(next, 5);
+  next();
+})"""
+"""How long it took until all of what was asked for is drawn, in seconds since the page was opened."""
+
+
+def load(browser: Any, address: str) -> tuple[Any, float, float]:
+    """The page, how many seconds it took from opening it to the whole picture, and seconds of processor."""
+    opened = browser.new_page(viewport={"width": 1280, "height": 800})
+    before, begin = cpu_seconds(os.getpid()), time.perf_counter()
+    opened.goto(address, wait_until="commit")
     opened.wait_for_selector("body[data-ready]", timeout=120_000)
-    loaded = time.perf_counter() - begin
-    inside = opened.evaluate("performance.now() / 1000")
-    print(f"{opened.evaluate('player.panes[0].painter.constructor.name')}: loaded in {loaded:.2f} s "
-          f"({inside:.2f} s of them in the page)")  # fmt: skip
-    redraw = opened.evaluate(
-        "() => { player.seek(player.total); const b = performance.now(); player.panes[0].stale = true;"
-        " player.paint(b); const g = player.panes[0].painter.gl; if (g) g.readPixels(0, 0, 1, 1,"
-        " g.RGBA, g.UNSIGNED_BYTE, new Uint8Array(4)); return performance.now() - b }"
-    )
-    print(f"  all of it drawn anew: {redraw:.0f} ms")
-    for speed in (1, 100, 1000):
+    opened.evaluate(WHOLE)
+    if opened.evaluate("player.panes[0].painter.gl !== undefined"):  # it has been asked for, no more
         opened.evaluate(
-            f"player.pause(); player.seek(player.total / 3); player.speed = {speed}; player.play()"
+            "() => { const g = player.panes[0].painter.gl;"
+            " g.readPixels(0, 0, 1, 1, g.RGBA, g.UNSIGNED_BYTE, new Uint8Array(4)); }"
         )
-        opened.wait_for_timeout(1000)
-        opened.evaluate("player.frames = 0; player.spent = 0")
-        before, begin = cpu_seconds(os.getpid()), time.perf_counter()
-        opened.wait_for_timeout(seconds * 1000)
-        count = opened.evaluate("player.frames")
-        took = time.perf_counter() - begin
-        cost = (cpu_seconds(os.getpid()) - before) / max(count, 1)
-        print(f"  at {speed}x: {count / took:.1f} frames a second, {1000 * cost:.1f} ms of processor a frame")
-    opened.close()
+    return opened, time.perf_counter() - begin, cpu_seconds(os.getpid()) - before
+
+
+def told(values: list[float], unit: str, digits: int, best: Any = min) -> str:
+    """The best and the median of several runs."""
+    return f"best {best(values):.{digits}f}, median {statistics.median(values):.{digits}f} {unit}"
+
+
+def seek(opened: Any, share: float) -> float:
+    """Seconds until a moment is drawn, in JavaScript and behind it."""
+    seconds: float = opened.evaluate(
+        "async (share) => { const begin = performance.now(); player.seek(player.total * share);"
+        f" await ({WHOLE})(); const g = player.panes[0].painter.gl; if (g) g.readPixels(0, 0, 1, 1,"
+        " g.RGBA, g.UNSIGNED_BYTE, new Uint8Array(4)); return (performance.now() - begin) / 1000 }",
+        share,
+    )
+    return seconds
+
+
+def frames(start: Callable[[], Any], address: str, seconds: float, repeat: int) -> None:
+    """Load the page anew several times and play it; tell how it went."""
+    loads, works, forth, back = [], [], [], []
+    played: dict[int, list[float]] = {1: [], 100: [], 1000: []}
+    cost: dict[int, list[float]] = {speed: [] for speed in played}
+    painter = ""
+    for _ in range(repeat):
+        browser = start()
+        opened, loaded, work = load(browser, address)
+        loads.append(loaded)
+        works.append(work)
+        painter = opened.evaluate("player.panes[0].painter.constructor.name")
+        forth.append(seek(opened, 1.0))
+        back.append(seek(opened, 0.33))
+        for speed in played:
+            opened.evaluate(
+                f"player.pause(); player.seek(player.total / 3); player.speed = {speed}; player.play()"
+            )
+            opened.wait_for_timeout(1000)
+            before, begin = cpu_seconds(os.getpid()), time.perf_counter()
+            first = opened.evaluate("player.frames")
+            opened.wait_for_timeout(seconds * 1000)
+            count = opened.evaluate("player.frames") - first
+            played[speed].append(count / (time.perf_counter() - begin))
+            cost[speed].append(1000 * (cpu_seconds(os.getpid()) - before) / max(count, 1))
+        browser.close()
+    print(f"{painter}, {repeat} runs, load {os.getloadavg()[0]:.1f}")
+    print(f"  from opening to the whole picture: {told(loads, 's', 2)}; {told(works, 's of processor', 2)}")
+    print(f"  to the end: {told(forth, 's', 2)}; back to a third: {told(back, 's', 2)}")
+    for speed, rates in played.items():
+        print(
+            f"  at {speed}x: {told(rates, 'frames a second', 1, max)}; "
+            f"{statistics.median(cost[speed]):.1f} ms of processor a frame",
+            flush=True,
+        )
 
 
 def main() -> None:
@@ -109,9 +156,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--tiles", type=int, default=100)
+    parser.add_argument("--tiles", type=int, default=92)
+    parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--chromium", default="/usr/bin/chromium")
-    parser.add_argument("--seconds", type=float, default=5)
+    parser.add_argument("--seconds", type=float, default=3)
     arguments = parser.parse_args()
     from playwright.sync_api import sync_playwright
 
@@ -136,13 +184,15 @@ def main() -> None:
             flush=True,
         )
         with sync_playwright() as play:
-            for flags, plain in ((SOFTWARE, False), (("--no-sandbox", "--disable-gpu"), True)):
-                browser = play.chromium.launch(
+
+            def start() -> Any:
+                return play.chromium.launch(
                     executable_path=arguments.chromium,
-                    args=[*flags, f"--crash-dumps-dir={folder}/player-bench-{os.getpid()}"],
+                    args=[*SOFTWARE, f"--crash-dumps-dir={folder}/player-bench-{os.getpid()}"],
                 )
-                frames(browser, Path(folder, "part.html").as_uri(), arguments.seconds, plain)
-                browser.close()
+
+            for mark in ("", "#webgl"):
+                frames(start, Path(folder, "part.html").as_uri() + mark, arguments.seconds, arguments.repeat)
 
 
 if __name__ == "__main__":

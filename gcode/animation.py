@@ -54,7 +54,10 @@ def _frames(track: Track) -> Iterator[Image.Image]:
     picture = Image.new("RGB", (width * FINER, height * FINER), GROUND)
     draw = ImageDraw.Draw(picture)
     thick = max(FINER, round(float(np.median(track.height_mm)) * scale * FINER * 0.9))
-    number = np.cumsum(track.kind == TOOLPATH)
+    # Joins count with the toolpath before them.
+    number = np.zeros(len(track.kind), np.int64)
+    number[laid] = track.join == 0
+    number = np.cumsum(number)
     for s in laid.tolist():
         _line(draw, place, s, TO_COME, thick)
     done = 0

@@ -43,7 +43,8 @@ class Report:
         extrusions: how many of them laid material.
         printed_mm, travel_mm: length of what laid material and of what did not, once it had begun.
         pressing: how deep the printed pushes into the nozzle's body; None where that is a point.
-        joins: over how many hops the bead went on from one hatch line to the next; 0 without a grid.
+        join_lines: of the hops over which the bead went on from one hatch line to the next; none without
+            a grid.
     """
 
     violations: list[Violation]
@@ -52,7 +53,12 @@ class Report:
     printed_mm: float
     travel_mm: float
     pressing: Pressing | None
-    joins: int = 0
+    join_lines: frozenset[int] = frozenset()
+
+    @property
+    def joins(self) -> int:
+        """How many such hops there are."""
+        return len(self.join_lines)
 
 
 def check_file(path: Path, profile: Profile, grid: "Grid | None" = None) -> Report:
@@ -91,11 +97,11 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
     allowed_mm = press_mm(profile.nozzle, _bead_heights(moves, profile, grid))
     driven, pressing = check_nozzle(laid, profile.nozzle, allowed_mm, RESOLUTION_MM)
     violations += driven
-    joins = 0
+    joins: set[int] = set()
     if grid is not None:
         drawn = [stroke for stroke in laid if stroke.prints and stroke.line not in primes]
         compared = compare_with_hatch(drawn, grid, _shift(moves), _join_mm(profile, grid))
-        joins = len(compared.joins)
+        joins = compared.joins
         said = {violation.line for violation in violations if violation.kind == "printability"}
         violations += compared.violations + [v for v in _out_of_order(compared.exact) if v.line not in said]
     violations.sort(key=lambda violation: violation.line or math.inf)
@@ -108,9 +114,8 @@ def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Re
         travel = float(lengths[inside & ~prints].sum())
     else:
         travel = 0.0
-    return Report(
-        violations, len(moves), int(prints.sum()), float(lengths[prints].sum()), travel, pressing, joins
-    )
+    printed = float(lengths[prints].sum())
+    return Report(violations, len(moves), int(prints.sum()), printed, travel, pressing, frozenset(joins))
 
 
 def _collisions(laid: list[Stroke], segments: NDArray[np.float64], same_x: float) -> list[Violation]:

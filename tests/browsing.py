@@ -50,9 +50,13 @@ def showing(opened, address, width=1280, height=800, **more):
 
 
 def settle(page):
-    """Until what was asked for is drawn."""
+    """Until what was asked for is drawn; what plays on is never at rest, and is given two frames."""
     page.evaluate(
-        "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))"
+        """() => new Promise((done) => {
+          let frames = 0;
+          const next = () => ++frames > 1 && (player.whole || player.playing) ? done() : requestAnimationFrame(next);
+          requestAnimationFrame(next);
+        })"""
     )
 
 

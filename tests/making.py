@@ -21,11 +21,13 @@ def make_grid(angles, spacing=0.25, tile=(1.0, 1.0), **rest):
     return Grid(angles, np.full(angles.shape, spacing), tile, **rest)
 
 
-def make_plan(sheet, clearance_mm=0.2):
+def make_plan(sheet, clearance_mm=0.2, join_mm=0.0):
     """(plan, spacing and tile of each toolpath in the order of printing)."""
     lines = hatch.hatch(sheet)
     chosen = sequence.solve(lines.segments, method="greedy")
-    plan = travel.plan(lines.segments, chosen.order, chosen.flipped, clearance_mm=clearance_mm)
+    plan = travel.plan(
+        lines.segments, chosen.order, chosen.flipped, clearance_mm=clearance_mm, join_mm=join_mm
+    )
     tile = lines.tile[chosen.order]
     return plan, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile
 
@@ -36,7 +38,7 @@ def make_program(sheet, profile):
 
 
 def _arguments(sheet, profile):
-    plan, spacing, tile = make_plan(sheet, profile.motion.clearance_mm)
+    plan, spacing, tile = make_plan(sheet, profile.motion.clearance_mm, profile.motion.join_mm)
     return plan, profile, spacing, tile
 
 

@@ -18,6 +18,7 @@ SCRIPTS = (
     "track.js",
     "colours.js",
     "view.js",
+    "shapes.js",
     "painter_gl.js",
     "painter_2d.js",
     "nozzle.js",

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +38,9 @@ FACTS = ("version", "profile", "method", "objective", "effort", "seed", "toolpat
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A program as steps (m,) of which each takes time or goes somewhere, and its toolpaths (n,).
+    """A program as steps (m,) of which each takes time or goes somewhere, and what it lays (n,).
+
+    What is laid are toolpaths, and joins: the hops over which a bead goes on from one toolpath to the next.
 
     Attributes:
         name: what it is called.
@@ -49,9 +51,10 @@ class Track:
         volume_ul: float64 (m,), what has been laid for the print after each step.
         speed_mm_s: float64 (m,), as the program says it.
         tool: uint8 (m,), number of the tool.
-        height_mm: float64 (n,), of the bead of each toolpath, in the plane of the sheet.
+        height_mm: float64 (n,), of the bead, in the plane of the sheet.
+        join: uint8 (n,), 1 for a join.
         hangs: uint8 (n,), percent of its length with nothing close below.
-        after: int64 (n,), how many toolpaths must be printed before this one.
+        after: int64 (n,), how many of all that is laid must be printed before this one.
         tile: int64 (n,), row times ``cols`` plus column, or -1; empty where no grid is given.
         cols: columns of the grid.
         findings: what ``check`` found.
@@ -67,6 +70,7 @@ class Track:
     speed_mm_s: NDArray[np.float64]
     tool: NDArray[np.uint8]
     height_mm: NDArray[np.float64]
+    join: NDArray[np.uint8]
     hangs: NDArray[np.uint8]
     after: NDArray[np.int64]
     tile: NDArray[np.int64]
@@ -76,8 +80,8 @@ class Track:
 
     @property
     def toolpaths(self) -> int:
-        """How many there are."""
-        return len(self.height_mm)
+        """How many there are, without the joins between them."""
+        return len(self.join) - int(self.join.sum())
 
     @property
     def total_s(self) -> float:
@@ -101,6 +105,7 @@ class Track:
             "kind": self.kind,
             "tool": self.tool,
             "height": height,
+            "join": self.join,
             "hangs": self.hangs,
             "after": self.after,
             "tile": self.tile,
@@ -127,6 +132,7 @@ def track_of(
     name: str,
     findings: Sequence[Violation] = (),
     grid: "Grid | None" = None,
+    joins: Collection[int] = (),
 ) -> Track:
     """The steps of a program, timed as ``gcode.estimate`` does.
 
@@ -135,9 +141,12 @@ def track_of(
         name: what the page calls it.
         findings: of ``gcode.check``, to be marked.
         grid: from which it was sliced: toolpaths then know their tile.
+        joins: program lines of the hops over which a bead goes on, as ``check`` finds them with a grid. Those
+            that the program itself names by the comment ``;JOIN`` need not be said.
     """
     _, printing = check_feeding(moves, profile)
     primes = prime_strokes(motions(moves, printing), moves, profile.motion.prime_mm)
+    named = {*joins, *named_joins(moves, printing)}
     steps, heights = _steps(moves, printing, primes, seconds_of(moves, profile).tolist(), profile)
     table = np.array(steps, np.float64).reshape(-1, 8)
     end = table[:, :2]
@@ -148,6 +157,7 @@ def track_of(
     kind = table[:, 2].astype(np.uint8)
     laid = np.flatnonzero(kind == TOOLPATH)
     lines = np.stack([end[laid - 1], end[laid]], axis=1) if len(laid) else np.empty((0, 2, 2))
+    join = np.array([line in named for line in table[laid, 4].astype(np.int64).tolist()], np.uint8)
     hangs, after = support(lines, height, profile.machine.bed_z_mm)
     return Track(
         name=name,
@@ -159,6 +169,7 @@ def track_of(
         speed_mm_s=np.nan_to_num(table[:, 6]),
         tool=table[:, 7].astype(np.uint8),
         height_mm=height,
+        join=join,
         hangs=hangs,
         after=after,
         tile=_tiles(lines, grid, moves),
@@ -168,6 +179,19 @@ def track_of(
     )
 
 
+def named_joins(moves: Sequence[Move], printing: Sequence[bool]) -> set[int]:
+    """Program lines of what is laid right behind the comment ``;JOIN``: the first move only, if it prints."""
+    found, next_is = set(), False
+    for move, prints in zip(moves, printing, strict=True):
+        if move.kind == Kind.COMMENT:
+            next_is = move.text == "JOIN"
+        elif next_is:
+            next_is = False
+            if prints:
+                found.add(move.line)
+    return found
+
+
 def _steps(
     moves: Sequence[Move],
     printing: Sequence[bool],
@@ -175,7 +199,7 @@ def _steps(
     seconds: Sequence[float],
     profile: Profile,
 ) -> tuple[list[tuple[float, ...]], list[float]]:
-    """Rows (x, y, kind, seconds, line, volume, speed, tool), and the height of each toolpath."""
+    """Rows (x, y, kind, seconds, line, volume, speed, tool), and the height of all that is laid."""
     material = profile.material
     feed_area = feed_area_mm2(material)
     height = material.height_mm or material.width_mm

@@ -76,12 +76,13 @@ def command(
             step(f"reading {file.name}")
             moves, _, profile = read_program(file, profile_name, overrides)
             step(f"replaying {file.name}")
-            found = []
+            found, joins = [], frozenset[int]()
             if not no_check:
                 from gcode.check import check
 
-                found = check(moves, profile, sheet).violations
-            track = track_of(moves, profile, name=file.name, findings=found, grid=sheet)
+                report = check(moves, profile, sheet)
+                found, joins = report.violations, report.join_lines
+            track = track_of(moves, profile, name=file.name, findings=found, grid=sheet, joins=joins)
             if track.toolpaths == 0:
                 say(f"Warning: {file}: nothing is extruded in it. Is the profile (-p) the right one?")
             tracks.append(track)

@@ -4,11 +4,13 @@
 const RAMP = [[68, 1, 84], [72, 40, 120], [62, 74, 137], [49, 104, 142], [38, 130, 142], [31, 158, 137], [53, 183, 121], [144, 215, 67], [253, 231, 37]];
 const KINDS = [[86, 180, 233], [0, 158, 115], [230, 159, 0], [204, 121, 167], [240, 228, 66], [213, 94, 0], [0, 114, 178], [150, 150, 150]];
 
-function ramp(share) {
+const SHADES = Array.from({ length: 1024 }, (_, shade) => {
   // The darkest is not to be told from a dark ground, nor the lightest from a light one.
-  const at = (0.12 + 0.82 * Math.min(1, Math.max(0, share))) * (RAMP.length - 1), k = Math.min(Math.floor(at), RAMP.length - 2);
+  const at = (0.12 + 0.82 * shade / 1023) * (RAMP.length - 1), k = Math.min(Math.floor(at), RAMP.length - 2);
   return RAMP[k].map((value, c) => Math.round(value + (at - k) * (RAMP[k + 1][c] - value)));
-}
+});
+
+const ramp = (share) => SHADES[Math.round(1023 * Math.min(1, Math.max(0, share)))];
 
 function hue(degrees, light = 0.55, strength = 0.6) {
   const channel = (n) => {
@@ -25,7 +27,7 @@ const tiltOf = ([x0, y0, x1, y1]) => {
 
 // For each: a name, (track) => (k) => [r, g, b], and (track) => what its legend says at either end.
 const COLOURS = {
-  order: { name: "order", of: (t) => (k) => ramp(k / Math.max(1, t.n - 1)), legend: (t) => ["1", String(t.n)] },
+  order: { name: "order", of: (t) => (k) => ramp(k / Math.max(1, t.n - 1)), legend: (t) => ["1", String(t.toolpaths)] },
   time: { name: "time", of: (t) => (k) => ramp(t.end[t.stepOf[k]] / t.total), legend: (t) => [clock(0), clock(t.total)] },
   tilt: { name: "tilt", of: (t) => (k) => hue((tiltOf(t.ends(k)) + 90) * 2), legend: () => ["-90°", "90°"], hues: true },
   tile: {
@@ -66,8 +68,7 @@ function coloursOf(track, drawn, choice, { hanging, faults }) {
       colour = hanging && track.hangs[k] > 50 ? HANGING : rgb(k);
     }
     if (faulty.has(s)) colour = FAULTY;
-    bytes.set(colour, 4 * i);
-    bytes[4 * i + 3] = 255;
+    bytes[4 * i] = colour[0]; bytes[4 * i + 1] = colour[1]; bytes[4 * i + 2] = colour[2]; bytes[4 * i + 3] = 255;
   }
   return bytes;
 }

@@ -7,7 +7,7 @@ class Player {
   constructor(told) {
     this.told = told;
     this.nozzle = { halfWidth, hindering };
-    this.options = { colour: "order", travels: true, ghosts: true, next: false, labels: true, nozzle: true, hanging: false, faults: true, plain: location.hash.includes("plain") };
+    this.options = { colour: "order", travels: true, ghosts: true, next: false, labels: true, nozzle: true, hanging: false, faults: true, plain: location.hash.includes("plain"), webgl: location.hash.includes("webgl") };
     this.time = 0; this.playing = false; this.speed = 1; this.by = "time";
     this.frames = 0; this.dirty = true; this.told_at = 0;
   }
@@ -118,20 +118,19 @@ class Player {
   step(count) {
     this.pause();
     const pane = this.panes[0], track = pane.track;
-    if (!track.n) return;
-    const at = track.at(this.timeOf(pane)), done = track.done[Math.min(at.step, track.steps)];
-    const within = at.step < track.steps && track.kind[at.step] === TOOLPATH && at.part > 0.002;
-    const wanted = count > 0 ? done + count - (track.kind[at.step] === TOOLPATH ? 0 : 1) : done + count + (within ? 1 : 0);
-    if (wanted >= track.n) return this.seek(this.total);
-    this.seek(this.clockOf(pane, track.begin(track.stepOf[Math.max(0, wanted)])) + 1e-6);
+    if (!track.toolpaths) return;
+    const { step, part } = track.at(this.timeOf(pane)), laying = track.lays(step), next = track.numberAt(step) - (laying ? 1 : 0);
+    const wanted = count > 0 ? next + count - (laying ? 0 : 1) : next + count + (laying && part > 0.002 ? 1 : 0);
+    if (wanted >= track.toolpaths) return this.seek(this.total);
+    this.seek(this.clockOf(pane, track.beginOf(wanted)) + 1e-6);
   }
 
   goTo(text) {
     const pane = this.panes[0], track = pane.track, line = /^l/i.test(text), number = parseInt(text.replace(/\D/g, ""), 10);
     if (!number) return;
     this.pause();
-    const step = line ? track.stepOfLine(number) : track.stepOf[Math.min(track.n, number) - 1];
-    this.seek(this.clockOf(pane, track.begin(step)) + 1e-6);
+    const time = line ? track.begin(track.stepOfLine(number)) : track.beginOf(number - 1);
+    this.seek(this.clockOf(pane, time) + 1e-6);
   }
 
   followed(line) {
@@ -180,9 +179,12 @@ class Player {
     for (const pane of this.panes) pane.tell();
     const slider = this.timeline.slider;
     slider.value = String(this.time);
-    slider.setAttribute("aria-valuetext", `${clock(this.time)} of ${clock(this.total)}, toolpath ${this.panes[0].toolpath} of ${this.panes[0].track.n}`);
+    slider.setAttribute("aria-valuetext", `${clock(this.time)} of ${clock(this.total)}, toolpath ${this.panes[0].toolpath} of ${this.panes[0].track.toolpaths}`);
     $("#clock").textContent = `${clock(this.time)} / ${clock(this.total)}`;
   }
+
+  // Whether all that was asked for is drawn.
+  get whole() { return !this.waiting && this.panes.every((pane) => pane.whole && !pane.stale); }
 
   // For screen readers, when something has come to rest and not with every frame.
   announce() {

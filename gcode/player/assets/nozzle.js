@@ -33,11 +33,18 @@ class Strips {
     this.low = x0;
     this.count = Math.max(1, Math.min(2000, Math.ceil(Math.sqrt(track.n) * 2)));
     this.width = Math.max((x1 - x0) / this.count, 1e-6);
-    this.lists = Array.from({ length: this.count + 1 }, () => []);
-    for (let k = 0; k < track.n; k++) {
-      const [a, , b] = track.ends(k);
-      for (let i = this.index(Math.min(a, b)); i <= this.index(Math.max(a, b)); i++) this.lists[i].push(k);
-    }
+    // Of each strip its toolpaths stand in `all` from `first` on, in their order.
+    this.first = new Int32Array(this.count + 3);
+    const { x, stepOf, n } = track, each = (visit) => {
+      for (let k = 0; k < n; k++) {
+        const s = stepOf[k], to = this.index(Math.max(x[s - 1], x[s]));
+        for (let i = this.index(Math.min(x[s - 1], x[s])); i <= to; i++) visit(i, k);
+      }
+    };
+    each((i) => { this.first[i + 2]++; });
+    for (let i = 1; i < this.first.length; i++) this.first[i] += this.first[i - 1];
+    this.all = new Int32Array(this.first.at(-1));
+    each((i, k) => { this.all[this.first[i + 1]++] = k; });
     this.seen = new Int32Array(track.n);
     this.mark = 0;
   }
@@ -48,7 +55,8 @@ class Strips {
   near([x0, y0, x1, y1], most, visit) {
     this.mark++;
     for (let i = this.index(x0); i <= this.index(x1); i++) {
-      for (const k of this.lists[i]) {
+      for (let at = this.first[i]; at < this.first[i + 1]; at++) {
+        const k = this.all[at];
         if (k >= most) break;
         if (this.seen[k] === this.mark) continue;
         this.seen[k] = this.mark;

@@ -75,14 +75,14 @@ function drawLabels(ctx, pane, colours) {
     const found = [];
     strips.near(view.box, track.n, (k, x0, y0, x1, y1) => {
       const length = Math.hypot(x1 - x0, y1 - y0) * view.scale;
-      if (length >= ARROWS_FROM_PX && track.height[k] * view.scale >= ROOM_FOR_ARROWS_PX && found.length <= MOST_LABELS) found.push([k, x0, y0, x1, y1, length, track.height[k] * view.scale]);
+      if (!track.join[k] && length >= ARROWS_FROM_PX && track.height[k] * view.scale >= ROOM_FOR_ARROWS_PX && found.length <= MOST_LABELS) found.push([k, x0, y0, x1, y1, length, track.height[k] * view.scale]);
     });
     if (found.length <= MOST_LABELS) {
       ctx.font = "11px system-ui, sans-serif";
       ctx.textAlign = "center";
       ctx.textBaseline = "middle";
       ctx.lineWidth = 1.4;
-      for (const line of found) label(ctx, view, line, colours);
+      for (const line of found) label(ctx, view, line, track.number[line[0] + 1], colours);
       drawn = found.length;
     }
   }
@@ -90,7 +90,7 @@ function drawLabels(ctx, pane, colours) {
   return drawn;
 }
 
-function label(ctx, view, [k, x0, y0, x1, y1, length, room], colours) {
+function label(ctx, view, [, x0, y0, x1, y1, length, room], number, colours) {
   const [ax, ay] = view.px(x0, y0), [bx, by] = view.px(x1, y1);
   const dx = (bx - ax) / length, dy = (by - ay) / length;
   const tx = ax + (bx - ax) * 0.7, ty = ay + (by - ay) * 0.7;
@@ -103,7 +103,7 @@ function label(ctx, view, [k, x0, y0, x1, y1, length, room], colours) {
     ctx.stroke();
   }
   if (length < NUMBERS_FROM_PX || room < ROOM_FOR_NUMBERS_PX) return;
-  const mx = ax + (bx - ax) * 0.35, my = ay + (by - ay) * 0.35, text = String(k + 1);
+  const mx = ax + (bx - ax) * 0.35, my = ay + (by - ay) * 0.35, text = String(number);
   ctx.lineWidth = 3; ctx.strokeStyle = colours.halo; ctx.strokeText(text, mx, my);
   ctx.fillStyle = colours.ink; ctx.fillText(text, mx, my);
 }

@@ -47,13 +47,25 @@ void main() {
 }`;
 
 class GlPainter {
-  static open(canvas) {
+  // Null where there is no WebGL2, or only one that a processor draws, unless that is `wanted`.
+  static open(canvas, wanted) {
+    if (!wanted && !GlPainter.quick) return null;
     const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true, powerPreference: "high-performance" });
     return gl ? new GlPainter(canvas, gl) : null;
   }
 
+  // Whether there is a WebGL2 that is more than a processor's imitation. Asked of a canvas of its own, since one that
+  // has been asked gives nothing else any more.
+  static get quick() {
+    const gl = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
+    if (!gl) return false;
+    const told = gl.getExtension("WEBGL_debug_renderer_info"), name = told ? gl.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+    gl.getExtension("WEBGL_lose_context")?.loseContext();
+    return !/swiftshader|llvmpipe|softpipe|swrast|software|basic render/i.test(name);
+  }
+
   constructor(canvas, gl) {
-    this.canvas = canvas; this.gl = gl; this.drawn = 0; this.freed = 0;
+    this.canvas = canvas; this.gl = gl; this.drawn = -1; this.freed = 0;
     this.lost = false;
     canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); this.lost = true; });
     canvas.addEventListener("webglcontextrestored", () => { this.lost = false; this.prepare(); if (this.job) this.load(...this.job); this.onrestored?.(); });
@@ -77,7 +89,9 @@ class GlPainter {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     this.tints = gl.createTexture();
     this.shapes = [gl.createTexture(), gl.createTexture()];
+    this.laid = [gl.createTexture(), gl.createTexture()];
     this.free = [gl.createTexture(), gl.createTexture()];
+    this.filled = false;
   }
 
   // `parts` numbers for each of `count` beads, as a texture.
@@ -92,26 +106,36 @@ class GlPainter {
 
   fillShapes([ends, halves], shapes) {
     const gl = this.gl, count = shapes.length / 5, four = new Float32Array(4 * count), one = new Float32Array(count);
-    for (let i = 0; i < count; i++) { four.set(shapes.subarray(5 * i, 5 * i + 4), 4 * i); one[i] = shapes[5 * i + 4]; }
+    for (let i = 0; i < count; i++) {
+      for (let c = 0; c < 4; c++) four[4 * i + c] = shapes[5 * i + c];
+      one[i] = shapes[5 * i + 4];
+    }
     gl.activeTexture(gl.TEXTURE0);
     this.fill(ends, count, [gl.RGBA32F, gl.RGBA, gl.FLOAT], 4, four);
     this.fill(halves, count, [gl.R32F, gl.RED, gl.FLOAT], 1, one);
-    return count;
   }
 
-  // shapes: Float32Array, x0, y0, x1, y1 from `origin` and half the width (negative: a travel) of all that is drawn;
-  // free: the same of the toolpaths alone, in the order in which they can be laid.
-  load(origin, shapes, colours, free) {
-    this.job = [origin, shapes, colours, free];
-    this.origin = origin;
-    this.count = this.fillShapes(this.shapes, shapes);
-    this.freeCount = this.fillShapes(this.free, free);
+  load(shapes, colours) {
+    this.job = [shapes, colours];
+    this.origin = shapes.middle;
+    this.drawn = -1;
+    const { all } = shapes, count = all.length / 5;
+    // What is to come is drawn without its travels: of what is laid alone there is a second list.
+    this.laidBefore = new Int32Array(count + 1);
+    for (let i = 0; i < count; i++) this.laidBefore[i + 1] = this.laidBefore[i] + (all[5 * i + 4] >= 0 ? 1 : 0);
+    const laid = new Float32Array(5 * this.laidBefore[count]);
+    for (let i = 0, p = 0; i < count; i++) {
+      if (all[5 * i + 4] >= 0) for (let c = 0; c < 5; c++) laid[p++] = all[5 * i + c];
+    }
+    this.fillShapes(this.shapes, all);
+    this.fillShapes(this.laid, laid);
+    this.filled = false;
     this.recolour(colours);
   }
 
   recolour(colours) {
     const gl = this.gl;
-    this.job[2] = colours;
+    this.job[1] = colours;
     gl.activeTexture(gl.TEXTURE0 + 2);
     this.fill(this.tints, colours.length / 4, [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE], 4, colours);
   }
@@ -133,13 +157,20 @@ class GlPainter {
     return ratio;
   }
 
+  // What is wanted, anew or by what is new since the last frame; whether that is all, which it is.
+  draw(view, { drawn, freed }, style, stale) {
+    if (stale || drawn < this.drawn || this.drawn < 0) this.redraw(view, drawn, freed, style);
+    else this.advance(view, drawn, freed, style);
+    return true;
+  }
+
   // All anew: what is to come, what of it can be laid now, and the first `drawn` of what is printed.
   redraw(view, drawn, freed, style) {
     if (this.lost) return;
     const gl = this.gl, ratio = this.frame(view);
     gl.clearColor(...style.ground, 1);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    if (style.ghosts) this.range(this.shapes, drawn, this.count, style.ghost, 0.4 * ratio, 0);
+    if (style.ghosts) this.range(this.laid, this.laidBefore[drawn], this.laidBefore.at(-1), style.ghost, 0.4 * ratio, 0);
     this.drawn = drawn; this.freed = 0;
     this.addFree(freed, style, ratio);
     this.range(this.shapes, 0, drawn, null, 0.5 * ratio, style.travels ? 0.5 * ratio : 0);
@@ -155,6 +186,7 @@ class GlPainter {
   }
 
   addFree(freed, style, ratio) {
+    if (style.free && !this.filled) { this.fillShapes(this.free, this.job[0].free.shapes); this.filled = true; }
     if (style.free) this.range(this.free, this.freed, freed, style.free, 0.5 * ratio, 0);
     this.freed = freed;
   }

@@ -2,13 +2,16 @@
 
 const STANDING = ["travelling", "printing", "filling the nozzle", "standing", "on its way, not followed"];
 
+// Three digits, and what is less than a nanolitre as none.
+const volumeWords = (ul) => `${ul >= 100 ? ul.toFixed(0) : ul < 0.1 ? ul.toFixed(3) : ul.toPrecision(3)} µL`;
+
 class Pane {
   constructor(root, options, told) {
     this.root = root; this.options = options; this.told = told;
     this.view = new View();
     this.stage = root.querySelector(".stage");
     [this.canvas, this.labels, this.top] = root.querySelectorAll("canvas");
-    this.painter = (options.plain ? null : GlPainter.open(this.canvas)) || new PlainPainter(this.canvas);
+    this.painter = (options.plain ? null : GlPainter.open(this.canvas, options.webgl)) || new PlainPainter(this.canvas);
     this.painter.onrestored = () => { this.stale = true; this.told.redraw(); };
     this.figures = Object.fromEntries([...root.querySelectorAll("[data-figure]")].map((node) => [node.dataset.figure, node]));
     this.pointers = new Map();
@@ -21,23 +24,13 @@ class Pane {
   show(track) {
     this.track = track;
     this.nozzle = track.header.nozzle;
-    const { steps, kind, x, y, height } = track, drawn = [];
-    for (let s = 1; s < steps; s++) if (kind[s] <= PRIME) drawn.push(s);
-    this.drawn = Int32Array.from(drawn);
-    this.before = new Int32Array(steps + 1); // how much is drawn before each step
-    for (let s = 0, i = 0; s < steps; s++) { if (drawn[i] === s) i++; this.before[s + 1] = i; }
-    const middle = [(track.box[0] + track.box[2]) / 2, (track.box[1] + track.box[3]) / 2];
-    this.shapes = new Float32Array(5 * drawn.length);
-    drawn.forEach((s, i) => this.shapes.set([x[s - 1] - middle[0], y[s - 1] - middle[1], x[s] - middle[0], y[s] - middle[1], kind[s] === TRAVEL ? -1 : this.width(s) / 2], 5 * i));
-    const order = Int32Array.from(track.after.keys()).sort((a, b) => track.after[a] - track.after[b] || a - b);
-    this.freeAt = order.map((k) => track.after[k]);
-    const free = new Float32Array(5 * track.n);
-    order.forEach((k, i) => free.set(this.shapes.subarray(5 * this.before[track.stepOf[k]], 5 * this.before[track.stepOf[k]] + 5), 5 * i));
+    this.shapes = new Shapes(track);
     this.strips = new Strips(track);
-    this.bytes = coloursOf(track, this.drawn, this.options.colour, this.options);
-    this.painter.load(middle, this.shapes, this.bytes, free);
+    this.bytes = coloursOf(track, this.shapes.steps, this.options.colour, this.options);
+    this.painter.load(this.shapes, this.bytes);
     this.root.querySelector("h2").textContent = track.name;
     this.root.querySelector(".body").hidden = !this.nozzle;
+    this.root.querySelector(".joins").hidden = track.toolpaths === track.n;
     this.fit();
   }
 
@@ -48,13 +41,13 @@ class Pane {
   }
 
   colourOf(step) {
-    const i = 4 * this.before[step];
+    const i = 4 * this.shapes.before[step];
     return `rgb(${this.bytes[i]} ${this.bytes[i + 1]} ${this.bytes[i + 2]})`;
   }
 
   recolour() {
     const choice = COLOURS[this.options.colour].possible?.(this.track) === false ? "order" : this.options.colour;
-    this.bytes = coloursOf(this.track, this.drawn, choice, this.options);
+    this.bytes = coloursOf(this.track, this.shapes.steps, choice, this.options);
     this.painter.recolour(this.bytes);
     this.stale = true;
   }
@@ -77,28 +70,23 @@ class Pane {
     this.told.redraw();
   }
 
-  // Show the moment; the print is drawn anew only where it shrank or the view changed.
+  // Show the moment; the print is drawn anew only where it shrank or the view changed, and in several frames where it
+  // is large: `whole` says whether all of it is there.
   draw(time, style) {
     if (!this.track || this.view.width <= 1) return;
     const { track } = this, at = track.at(time);
     this.time = time;
-    const drawn = this.before[at.step], freed = upTo(this.freeAt, track.done[at.step]);
-    if (this.stale || drawn < this.painter.drawn) {
-      this.painter.redraw(this.view, drawn, freed, style);
-      if (this.stale) this.labelled = drawLabels(this.labels.getContext("2d"), this, style.colours);
-      this.stale = false;
-    } else {
-      this.painter.advance(this.view, drawn, freed, style);
-    }
+    const drawn = this.shapes.before[at.step], freed = style.free ? upTo(this.shapes.free.at, track.done[at.step]) : 0;
+    this.whole = this.painter.draw(this.view, { drawn, freed }, style, this.stale);
+    if (this.stale) this.labelled = drawLabels(this.labels.getContext("2d"), this, style.colours);
+    this.stale = false;
+    if (!this.whole) this.told.redraw();
     this.pressed = drawMoment(this.top.getContext("2d"), this, at, style.colours);
     this.at = at;
   }
 
   get toolpath() {
-    const { track, at } = this;
-    if (!at || !track.n) return 0;
-    const laying = at.step < track.steps && track.kind[at.step] === TOOLPATH;
-    return Math.min(track.n, track.done[Math.min(at.step, track.steps)] + (laying ? 1 : 0));
+    return this.at ? this.track.numberAt(this.at.step) : 0;
   }
 
   tell() {
@@ -106,23 +94,24 @@ class Pane {
     if (!at) return;
     const last = Math.min(at.step, track.steps - 1), kind = track.kind[last];
     const put = (name, text) => { if (figures[name] && figures[name].textContent !== text) figures[name].textContent = text; };
-    put("toolpath", `${this.toolpath} of ${track.n}`);
+    put("toolpath", `${this.toolpath} of ${track.toolpaths}`);
     put("line", track.steps ? String(track.line[last]) : "");
     put("time", `${clock(this.time)} of ${clock(track.total)}`);
-    put("doing", at.step >= track.steps ? "finished" : STANDING[kind]);
+    put("doing", at.step >= track.steps ? "finished" : kind === TOOLPATH && !track.lays(last) ? "going on to the next toolpath" : STANDING[kind]);
     put("printed", `${track.value(track.printed, at).toFixed(1)} mm`);
+    put("joins", `${track.done[Math.min(at.step, track.steps)] - track.number[track.done[Math.min(at.step, track.steps)]]}, ${track.value(track.joined, at).toFixed(1)} mm`);
     put("travel", `${track.value(track.travelled, at).toFixed(1)} mm`);
-    put("material", `${track.volumeAt(at).toPrecision(3).replace(/e.*$/, "")} µL`);
+    put("material", volumeWords(track.volumeAt(at)));
     put("place", `${at.x.toFixed(2)}, ${at.y.toFixed(2)} mm`);
     const allowed = nozzle?.press_mm;
     put("body", nozzle
-      ? `${this.pressed.depth.toFixed(2)} mm deep, ${this.pressed.toolpaths.length} toolpaths${allowed === null ? "" : `; ${allowed} mm allowed`}`
+      ? `${this.pressed.depth.toFixed(2)} mm deep, ${this.pressed.toolpaths.length} ${this.pressed.toolpaths.length === 1 ? "line" : "lines"}${allowed === null ? "" : `; ${allowed} mm allowed`}`
       : "a point");
   }
 
   summary() {
     const track = this.track;
-    return `${track.name}: toolpath ${this.toolpath} of ${track.n}, ${clock(this.time)} of ${clock(track.total)}, ` +
+    return `${track.name}: toolpath ${this.toolpath} of ${track.toolpaths}, ${clock(this.time)} of ${clock(track.total)}, ` +
       `G-code line ${track.line[Math.min(this.at.step, track.steps - 1)] ?? 0}`;
   }
 

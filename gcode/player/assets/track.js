@@ -54,9 +54,9 @@ class Track {
     this.x = scaled("x"); this.y = scaled("y"); this.end = scaled("time");
     this.volume = scaled("volume"); this.speed = scaled("speed"); this.height = scaled("height");
     this.kind = raw.kind; this.line = raw.line; this.tool = raw.tool;
-    this.hangs = raw.hangs; this.after = raw.after; this.tile = raw.tile;
+    this.hangs = raw.hangs; this.join = raw.join; this.after = raw.after; this.tile = raw.tile;
     this.steps = this.kind.length;
-    this.n = this.height.length;
+    this.n = this.height.length; // of all that is laid: toolpaths, and the joins between them
     this.total = this.steps ? this.end[this.steps - 1] : 0;
     this.sum();
     this.findings = header.findings.map(([line, kind, message]) => ({ line, kind, message, step: this.stepOfLine(line) }));
@@ -66,19 +66,26 @@ class Track {
   sum() {
     const { steps, kind, x, y } = this;
     this.stepOf = new Int32Array(this.n);
-    this.done = new Int32Array(steps + 1);      // toolpaths laid before each step
-    this.printed = new Float64Array(steps + 1); // their length
+    this.number = new Int32Array(this.n + 1);   // toolpaths among the first so many that are laid
+    for (let k = 0; k < this.n; k++) this.number[k + 1] = this.number[k] + 1 - this.join[k];
+    this.toolpaths = this.number[this.n];
+    this.place = new Int32Array(this.toolpaths); // of each toolpath among all that is laid
+    for (let k = 0; k < this.n; k++) if (!this.join[k]) this.place[this.number[k]] = k;
+    this.done = new Int32Array(steps + 1);      // how much is laid before each step
+    this.printed = new Float64Array(steps + 1); // length of the toolpaths of it
+    this.joined = new Float64Array(steps + 1);  // and of the joins
     this.travelled = new Float64Array(steps + 1);
     const last = kind.lastIndexOf(TOOLPATH);
-    let n = 0, printed = 0, travelled = 0;
+    let n = 0, printed = 0, joined = 0, travelled = 0;
     for (let s = 0; s < steps; s++) {
       if (s > 0 && kind[s] <= PRIME) {
         const length = Math.hypot(x[s] - x[s - 1], y[s] - y[s - 1]);
-        if (kind[s] === TOOLPATH) printed += length;
+        if (kind[s] === TOOLPATH && this.join[n]) joined += length;
+        else if (kind[s] === TOOLPATH) printed += length;
         else if (n > 0 && s < last) travelled += length; // what comes before and after is none of the print
       }
       if (kind[s] === TOOLPATH) this.stepOf[n++] = s;
-      this.done[s + 1] = n; this.printed[s + 1] = printed; this.travelled[s + 1] = travelled;
+      this.done[s + 1] = n; this.printed[s + 1] = printed; this.joined[s + 1] = joined; this.travelled[s + 1] = travelled;
     }
     this.box = [Infinity, Infinity, -Infinity, -Infinity];
     for (let k = 0; k < n; k++) {
@@ -91,11 +98,20 @@ class Track {
     if (!n) this.box = [0, 0, 1, 1];
   }
 
-  // [x0, y0, x1, y1] of toolpath k.
+  // [x0, y0, x1, y1] of the k-th that is laid.
   ends(k) {
     const s = this.stepOf[k];
     return [this.x[s - 1], this.y[s - 1], this.x[s], this.y[s]];
   }
+
+  // Whether a step lays a toolpath, and no join.
+  lays(step) { return step < this.steps && this.kind[step] === TOOLPATH && !this.join[this.done[step]]; }
+
+  // The toolpath of a number from 1 on that a step lays, or the last one before it.
+  numberAt(step) { return this.number[this.done[Math.min(step, this.steps)]] + (this.lays(step) ? 1 : 0); }
+
+  // When the toolpath of a number from 0 on begins.
+  beginOf(number) { return this.begin(this.stepOf[this.place[Math.max(0, Math.min(this.toolpaths - 1, number))]]); }
 
   begin(step) { return step > 0 ? this.end[step - 1] : 0; }
 

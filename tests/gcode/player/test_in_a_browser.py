@@ -2,51 +2,14 @@
 
 import itertools
 
+import numpy as np
 import pytest
-from browsing import browser, figure, inked, settle, showing, until
-from making import POINT, make_grid, make_lines, read_lines
+from browsing import figure, inked, settle, until
+from making import POINT, make_lines, read_lines
 
 import profiles
 from gcode.check import check
-from gcode.player import page, track_of
-
-SHEET = make_grid([[-30, 20, 0], [10, -25, 35]], spacing=0.1)
-BODY = [
-    f"nozzle.{name}"
-    for name in ["tip_width_mm=0.8", "cone_deg=20", "length_mm=4", "shoulder_width_mm=6", "press_mm=0.1"]
-]
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with browser() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def tracks():
-    loaded = profiles.load("marlin-generic", [POINT])
-    moves = read_lines(make_lines(SHEET))
-    good = track_of(moves, loaded, name="good.gcode", findings=check(moves, loaded).violations, grid=SHEET)
-    lines = make_lines(SHEET, "marlin-generic", "motion.travel_speed_mm_s=3")
-    printed = [k for k, line in enumerate(lines) if line.startswith("G1 X")]
-    a, b = printed[4], printed[40]
-    lines[a] = lines[a].replace(" E", " E9")  # two faults, an early one and a late one
-    lines[b] = lines[b].replace(" E", " E9")
-    moves = read_lines(lines)
-    bad = track_of(moves, loaded, name="slow.gcode", findings=check(moves, loaded).violations)
-    assert len(bad.findings) >= 2
-    return good, bad
-
-
-@pytest.fixture
-def shown(chromium, tracks, tmp_path):
-    def show(*chosen, mark="", **more):
-        file = tmp_path / "part.html"
-        file.write_text(page(chosen or [tracks[0]]), encoding="utf-8")
-        return showing(chromium, file.as_uri() + mark, **more)
-
-    return show
+from gcode.player import track_of
 
 
 def test_it_plays_in_true_time_and_ends(shown, tracks):
@@ -75,25 +38,7 @@ def test_it_plays_in_true_time_and_ends(shown, tracks):
         assert inked(opened, rgb=[62, 74, 137]) > empty
 
 
-def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(shown):
-    with shown() as opened:
-        opened.uncheck("[data-option=ghosts]")  # they lie below what is added, and are left out anew
-        for share in (0.2, 0.3, 0.5, 0.8):
-            opened.evaluate(f"player.seek(player.total * {share})")
-            settle(opened)
-        grown = opened.evaluate("player.panes[0].canvas.toDataURL()")
-        opened.evaluate("player.style()")
-        settle(opened)
-        assert opened.evaluate("player.panes[0].canvas.toDataURL()") == grown
-        assert inked(opened) > 1000
-        # Backwards is drawn anew: what was printed later is gone.
-        opened.evaluate("player.seek(player.total)")
-        full = inked(opened, rgb=[144, 215, 67])
-        opened.evaluate("player.seek(0)")
-        assert inked(opened, rgb=[144, 215, 67]) < full / 10
-
-
-def test_the_scrubber_and_the_figures_agree_with_the_track(shown, tracks):
+def test_the_scrubber_and_the_figures_agree_with_the_track(shown, tracks, sheet):
     track = tracks[0]
     with shown() as opened:
         opened.locator("#scrubber").evaluate(
@@ -106,7 +51,7 @@ def test_the_scrubber_and_the_figures_agree_with_the_track(shown, tracks):
         assert "of" in opened.get_attribute("#scrubber", "aria-valuetext")
         opened.click("#last")
         assert float(figure(opened, "material").split()[0]) == pytest.approx(track.volume_ul[-1], rel=0.01)
-        travel = check(read_lines(make_lines(SHEET)), profiles.load("marlin-generic")).travel_mm
+        travel = check(read_lines(make_lines(sheet)), profiles.load("marlin-generic")).travel_mm
         assert float(figure(opened, "travel").split()[0]) == pytest.approx(travel, abs=0.06)
 
 
@@ -275,90 +220,26 @@ def test_on_a_phone_all_of_it_fits_and_fingers_do_it(shown, tracks):
             assert below["y"] >= above["y"] + above["height"] - 0.5
 
 
-def test_the_nozzle_is_drawn_to_scale_and_what_pushes_into_it_is_told(shown):
-    wide = profiles.load("marlin-generic", BODY)
-    track = track_of(read_lines(make_lines(SHEET)), wide, name="wide.gcode")
+def test_joins_are_told_apart_from_toolpaths(shown, sheet):
+    loaded = profiles.load("marlin-generic", [POINT, "motion.join_mm=0.5"])
+    moves = read_lines(make_lines(sheet, "marlin-generic", "motion.join_mm=0.5"))
+    track = track_of(moves, loaded, name="joined.gcode")
+    joins = int(track.join.sum())
+    assert joins > 5
+    first = int(np.flatnonzero(track.join)[0])
     with shown(track) as opened:
-        widths = opened.evaluate(
-            "player.panes[0] && [0, 2, 4.5].map((h) => 2 * player.nozzle.halfWidth(player.panes[0].nozzle, h))"
-        )
-        assert widths == pytest.approx([0.8, 0.8 + 4 * 0.36397, 6.0], abs=1e-4)
         opened.click("#last")
-        opened.evaluate("player.picked(player.panes[0], 0)")
-        depth, allowed = figure(opened, "body").split(" mm deep")
-        assert float(depth) == 0  # the first one: nothing is printed yet
-        assert "0.1 mm allowed" in allowed
-        most = opened.evaluate(
-            """() => { let most = 0; const { track, strips, nozzle } = player.panes[0];
-              for (let s = 1; s < track.steps; s++) most = Math.max(most,
-                player.nozzle.hindering(nozzle, strips, track.x[s], track.y[s], track.done[s]).depth);
-              return most; }"""
-        )
-        assert most > 0.1
+        assert figure(opened, "toolpath") == f"{track.toolpaths} of {track.toolpaths}"
+        assert figure(opened, "joins").startswith(f"{joins}, ")
+        opened.evaluate(f"player.picked(player.panes[0], {first})")
+        assert figure(opened, "toolpath").startswith(f"{first} of")  # it goes on from the one before
+        assert figure(opened, "doing") == "going on to the next toolpath"
+        opened.click("#forth")
+        assert figure(opened, "toolpath").startswith(f"{first + 1} of")
+        opened.click("#back")
+        assert figure(opened, "toolpath").startswith(f"{first} of")
+        opened.fill("#number", str(track.toolpaths))
+        opened.press("#number", "Enter")
+        assert figure(opened, "toolpath").startswith(f"{track.toolpaths} of")
     with shown() as opened:
-        assert opened.is_hidden(".body")
-
-
-@pytest.mark.parametrize("colour", ["order", "tile", "tilt", "time", "speed", "tool", "plain"])
-def test_toolpaths_are_coloured_by_what_is_chosen(shown, colour):
-    with shown() as opened:
-        opened.click("#last")
-        opened.select_option("#colour", colour)
-        settle(opened)
-        drawn = opened.evaluate(
-            """() => { const pane = player.panes[0], seen = new Set();
-              for (let k = 0; k < pane.track.n; k++) seen.add(pane.colourOf(pane.track.stepOf[k]));
-              return seen.size; }"""
-        )
-        exact = {"tile": 6, "tool": 1, "plain": 1}
-        assert drawn == exact[colour] if colour in exact else drawn >= {"speed": 1, "tilt": 6}.get(colour, 50)
-        assert inked(opened) > 1000
-
-
-def test_boxes_show_and_hide_what_they_say(shown):
-    with shown() as opened:
-        opened.evaluate("player.seek(player.total / 2)")
-        with_ghosts = inked(opened)
-        opened.uncheck("[data-option=ghosts]")
-        assert inked(opened) < with_ghosts
-        free = [0x8F, 0xD1, 0x9E]
-        assert inked(opened, rgb=free) < 50
-        opened.check("[data-option=next]")
-        assert inked(opened, rgb=free) > 50
-        for _ in range(6):
-            opened.keyboard.press("+")
-        settle(opened)
-        assert opened.evaluate("player.panes[0].labelled") > 0
-        opened.uncheck("[data-option=labels]")
-        settle(opened)
-        assert opened.evaluate("player.panes[0].labelled") == 0
-
-
-def test_without_webgl_it_is_drawn_plainly(shown):
-    with shown(mark="#plain") as opened:
-        assert opened.evaluate("player.panes[0].painter.ctx !== undefined")
-        opened.click("#last")
-        assert inked(opened) > 1000
-        opened.click("#first")
-        opened.evaluate("player.seek(player.total / 2)")
-        assert inked(opened) > 1000
-
-
-def test_a_file_of_120_000_toolpaths_opens_and_plays(chromium, tmp_path):
-    lines = ["G21", "G90", "M83", "G0 X0 Y110 Z0.1 F6000"]
-    for row in range(300):
-        for k in range(400) if row % 2 == 0 else reversed(range(400)):
-            begin, end = (k * 0.5, k * 0.5 + 0.4) if row % 2 == 0 else (k * 0.5 + 0.4, k * 0.5)
-            z = 0.1 + 0.2 * row
-            lines += [f"G0 X{begin:.3f} Z{z:.3f}", f"G1 X{end:.3f} E0.01330 F1200"]
-    moves = read_lines(lines)
-    track = track_of(moves, profiles.load("marlin-generic"), name="large.gcode")
-    assert track.toolpaths == 120_000
-    file = tmp_path / "large.html"
-    file.write_text(page([track]), encoding="utf-8")
-    with showing(chromium, file.as_uri()) as opened:
-        opened.evaluate("player.speed = 1000; player.play()")
-        until(opened, "player.frames > 20 && player.panes[0].toolpath > 1000")
-        opened.evaluate("player.pause(); player.seek(player.total)")
-        assert figure(opened, "toolpath") == "120000 of 120000"
-        assert inked(opened) > 10_000
+        assert opened.is_hidden(".joins")
