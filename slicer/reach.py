@@ -5,8 +5,8 @@ the axis. With a toolpath printed the tip may not pass below the greatest a.y - 
 a. From the axis outwards -h is level, then falls along the flank: a concave function, as the toolpath is
 one over its x-range. So what the greatest of their sums looks like is their slopes in descending order, one
 line after another (Rockafellar, "Convex Analysis", 1970, section 16); the shoulder gives a second such
-chain. What lies below the lowest place that a tip goes to is of no interest, and ends the flanks of a
-nozzle without a shoulder.
+chain. A flank ends at the barrel or where the shoulder reaches farther. What lies below the lowest place that
+a tip goes to is of no interest, and ends it, too.
 """
 
 import numpy as np
@@ -47,9 +47,11 @@ def reach(body: NozzleBody, floor: float, segment: NDArray[np.float64], lines: N
     if core < 0.0 < body.flank:
         low -= core / body.flank
         core = 0.0
+    widest = body.barrel - press if body.flank > 0.0 else core
+    core = min(core, widest)
     high = min(body.length + press, room)
     if core >= 0.0 and low < high:
-        drop = high - low if body.flank > 0.0 else 0.0
+        drop = min(high - low, (widest - core) / body.flank) if body.flank > 0.0 else 0.0
         out = body.flank * drop
         x, y = xl - core - out, yl - low - drop
         if (yr - yl) * body.flank > xr - xl:  # steeper than the flank

@@ -101,10 +101,14 @@ def draw_body(axes: "Axes", nozzle: Nozzle, tip_mm: tuple[float, float], **style
     """The outline of a nozzle with its tip at a place, to scale, as far up as the picture goes."""
     x, y = tip_mm
     top = max(axes.get_ylim()[1] - y, 0.0)
-    shoulder = nozzle.length_mm if nozzle.length_mm is not None and nozzle.shoulder_width_mm else np.inf
-    half, high = nozzle.tip_width_mm / 2, min(top, shoulder)
-    wide = half + high * np.tan(np.radians(nozzle.cone_deg))
-    right = [(half, 0.0), (wide, high)]
+    shoulder = np.inf if nozzle.length_mm is None else nozzle.length_mm
+    half, high, lean = nozzle.tip_width_mm / 2, min(top, shoulder), np.tan(np.radians(nozzle.cone_deg))
+    barrel = max(nozzle.barrel_width_mm / 2, half) if nozzle.barrel_width_mm else np.inf
+    wide = min(half + high * lean, barrel)
+    right = [(half, 0.0)]
+    if lean > 0 and wide == barrel:
+        right.append((barrel, (barrel - half) / lean))
+    right.append((wide, high))
     if shoulder < top:
         beyond = max(nozzle.shoulder_width_mm / 2, wide)
         right += [(beyond, high), (beyond, top)]

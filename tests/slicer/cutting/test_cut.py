@@ -156,6 +156,7 @@ def test_the_part_that_hinders_is_that_of_the_minkowski_sum(seed):
         random.uniform(0.2, 1),
         random.uniform(1, 3),
         0.05,
+        random.choice([0.0, 2.0]),
     )
     p, cosine = body.press, 1 / np.hypot(1, body.flank)
     low = max(p, (p / cosine - body.half_width) / body.flank if body.flank else p)
@@ -169,6 +170,8 @@ def test_the_part_that_hinders_is_that_of_the_minkowski_sum(seed):
     parts = hindering_parts(body, b, c)
     for part, core in enumerate(cores):
         # b(t) hinders c where b(t) - c(s) lies in the core: b meets c + core.
+        side = body.barrel - p if part == 0 and body.flank else FAR
+        core = Polygon(core).intersection(shapely.box(-side, 0, side, FAR)).exterior.coords
         room = MultiPoint([np.add(q, end) for q in core for end in c]).convex_hull
         meets = LineString(b).intersection(Polygon(room))
         first, last, _, _ = parts[part if part == 0 or body.half_width else 1]
