@@ -1,10 +1,10 @@
 """The nozzle's body as the check sees it: how deep a printed line pushes into it on the way along another.
 
 It is independent of the planner on purpose. Seen from the tip, the body is a needle, a flat whose flanks open
-upwards until they are as far apart as the barrel, or as the shoulder where the profile knows no barrel, and a
-shoulder, all that is less than its half width away from the axis, from its height on. A shoulder is no
-narrower than what it stands on. The depth of a point is its distance to the nearest face of the one or of the
-other, inside.
+upwards until they are as far apart as the barrel, or as the shoulder where the profile knows no barrel; and
+barrel and shoulder are all that is less than their half width away from the axis, from their height on. None
+is narrower than what it stands on. The depth of a point is its distance to the nearest face of the part that
+it is deepest in.
 
 With one line printed and the tip on another, the differences of their points fill a parallelogram. In a body
 that widens upwards depth grows with height, so the deepest of them lies on its upper edge: two lines, taken
@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Faces(NamedTuple):
-    """One of the two parts of a body: a bottom at ``floor``, and two sides that lean outwards by an angle.
+    """One of the parts of a body: a bottom at ``floor``, and two sides that lean outwards by an angle.
 
     Attributes:
         floor: height of the bottom above the tip, in mm.
@@ -53,14 +53,18 @@ def parts_of(nozzle: Nozzle) -> list[Faces]:
         return []
     angle, half = math.radians(nozzle.cone_deg), nozzle.tip_width_mm / 2
     widest = max(nozzle.barrel_width_mm / 2, half) if nozzle.barrel_width_mm > 0 else math.inf
-    if nozzle.length_mm is None:
-        return [Faces(0.0, half, math.sin(angle), math.cos(angle), widest)]
-    end = min(half + nozzle.length_mm * math.tan(angle), widest)
-    shoulder = max(nozzle.shoulder_width_mm / 2, end)
-    return [
-        Faces(0.0, half, math.sin(angle), math.cos(angle), min(widest, shoulder)),
-        Faces(nozzle.length_mm, shoulder, 0.0, 1.0, shoulder),
-    ]
+    length = math.inf if nozzle.length_mm is None else nozzle.length_mm
+    above = []
+    end = min(half + length * math.tan(angle), widest) if angle > 0 else half
+    if 0 < nozzle.cone_mm < length:
+        end = half + nozzle.cone_mm * math.tan(angle)
+        end = widest = max(end, widest) if widest < math.inf else end
+        above.append(Faces(nozzle.cone_mm, end, 0.0, 1.0, end))
+    if length < math.inf:
+        end = max(nozzle.shoulder_width_mm / 2, end)
+        above.append(Faces(length, end, 0.0, 1.0, end))
+        widest = min(widest, end)
+    return [Faces(0.0, half, math.sin(angle), math.cos(angle), widest), *above]
 
 
 class Depths(NamedTuple):

@@ -190,6 +190,11 @@ class Nozzle(_Section):
     cone_deg: Annotated[float, _between(0, 85)] = Field(
         0.0, description="Angle of the flank from the axis; 0 for a blunt needle."
     )
+    cone_mm: Annotated[float, _between(0, 1000)] = Field(
+        0.0,
+        description="Height of the cone, above which the nozzle is as wide as its barrel; 0 where the flank "
+        "goes on until it is.",
+    )
     length_mm: Annotated[float, _between(0.1, 1000)] | None = Field(
         None, description="From the tip up to the shoulder; by default nothing wider comes."
     )

@@ -36,7 +36,7 @@ STRAIGHT = Edge(X_EPS_MM, 0.0, math.inf, 0.0, True)
 
 
 def edges_of(body: NozzleBody) -> list[Edge]:
-    """The lower edges of needle and shoulder, where anything of them is left within ``press``."""
+    """The lower edges of the body's parts, where anything of them is left within ``press``."""
     if body.is_point:
         return []
     press = body.press + EPS_MM
@@ -50,9 +50,10 @@ def edges_of(body: NozzleBody) -> list[Edge]:
     elif body.flank > 0 and reach > 0:
         drop = press if width > 0 else -at_tip / body.flank
         found.append(Edge(drop, min(max(width, 0.0), reach), 1 / body.flank, reach, False))
-    if body.length < math.inf and body.shoulder > press:
-        wide = body.shoulder - press
-        found.append(Edge(body.length + press, wide, math.inf, wide, False))
+    for begins, half_width in ((body.barrel_from, body.barrel), (body.length, body.shoulder)):
+        wide = half_width - press
+        if begins < math.inf and wide > 0:
+            found.append(Edge(begins + press, wide, math.inf, wide, False))
     return found
 
 

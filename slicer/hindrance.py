@@ -1,11 +1,11 @@
 """Which toolpaths the body of the nozzle would hit, found by following the edge of what a toolpath forbids.
 
 Once toolpath A is printed, the tip may no longer be where a point of A would lie in the hard core of the
-body (see ``slicer.nozzle``). Both parts of the core, needle and shoulder, are convex and go up without end;
-so what A forbids is, for each of them, all that lies below one concave line, the sum of A and the mirrored
-lower edge of the core. From the higher end of A it runs level by the half width to either side, then down
-along A, then down the flank as far as that goes; along A only then, where A is steeper. What passes below
-that line somewhere must be printed before A.
+body (see ``slicer.nozzle``). All parts of the core, needle, barrel and shoulder, are convex and go up without
+end; so what A forbids is, for each of them, all that lies below one concave line, the sum of A and the
+mirrored lower edge of the core. From the higher end of A it runs level by the half width to either side, then
+down along A, then down the flank as far as that goes; along A only then, where A is steeper. What passes
+below that line somewhere must be printed before A.
 
 At each x only the highest toolpath below the line needs to be named, the others lie below that one. The line
 is therefore followed through the trapezoids of the sheet (``slicer.trapezoids``), and the toolpath below is

@@ -1,13 +1,13 @@
 """The nozzle's body above the tip: what of it may not be driven into printed material.
 
-Seen from the tip at (0, 0), y up, the body is a flat of half width r at y = 0 whose flanks open by the cone
-angle as far as the half width b of a barrel, up to the length L of the nozzle; above that stands a shoulder
-of half width R, which is no narrower than what it stands on:
+Seen from the tip at (0, 0), y up, the body is a needle, a flat of half width r at y = 0 whose flanks open by
+the cone angle as far as the half width b of a barrel; the barrel, as wide as that from the height h on; and
+from the length L on a shoulder of half width R. Nothing is narrower than what it stands on, so that all three
+go up without end:
 
-    {|x| < min(r + y tan(cone), b), 0 < y <= L}  and  {|x| < R, y > L}
+    {|x| < min(r + y tan(cone), b), y > 0}  and  {|x| < b, y > h}  and  {|x| < R, y > L}
 
-As b is at most R, the needle may as well go up without end: beyond L the shoulder holds it. So both parts
-are convex, widen upwards, and depth in the one or in the other says all.
+All three are convex and widen upwards, and depth in the deepest of them says all.
 
 Printed material may push by ``press`` into it: every face of the body is moved inwards by so much, and what
 is left is the *hard core*. Toolpath A *stands in the way* of B where, with A printed, printing B would push a
@@ -37,6 +37,7 @@ class NozzleBody(NamedTuple):
         shoulder: half width of what comes above, no less than that of what it stands on.
         press: how deep printed material may push into the body.
         barrel: half width that the flanks reach at most, no more than ``shoulder`` where there is one.
+        barrel_from: height from which it is as wide, below the shoulder; infinity for where the flanks are.
     """
 
     half_width: float
@@ -45,6 +46,7 @@ class NozzleBody(NamedTuple):
     shoulder: float
     press: float
     barrel: float
+    barrel_from: float
 
     @classmethod
     def of(
@@ -55,6 +57,7 @@ class NozzleBody(NamedTuple):
         shoulder_width_mm: float = 0.0,
         press_mm: float = 0.0,
         barrel_width_mm: float = 0.0,
+        cone_mm: float = 0.0,
     ) -> "NozzleBody":
         """The body with these dimensions, as a maker's sheet gives them.
 
@@ -63,6 +66,8 @@ class NozzleBody(NamedTuple):
                 as there: a hub or a heater block that is said to be narrower, or not said, hides in the cone.
             barrel_width_mm: how wide the cone gets at most, such as a hexagon's corners, and no less than the
                 tip; 0 for any width.
+            cone_mm: the height of the cone; above it the nozzle is as wide as its barrel. 0 where the flanks
+                go on until they are.
 
         Raises:
             SlicerError: one of them is negative or no number, or the cone is no acute angle.
@@ -74,6 +79,7 @@ class NozzleBody(NamedTuple):
             ("shoulder_width_mm", shoulder_width_mm),
             ("press_mm", press_mm),
             ("barrel_width_mm", barrel_width_mm),
+            ("cone_mm", cone_mm),
         ):
             if not value >= 0:
                 raise SlicerError(f"{name} {value:g} must be at least 0")
@@ -81,12 +87,18 @@ class NozzleBody(NamedTuple):
             raise SlicerError(f"cone_deg {cone_deg:g} must be below 90: it is the angle from the axis")
         half, flank = tip_width_mm / 2, math.tan(math.radians(cone_deg))
         barrel = max(barrel_width_mm / 2, half) if barrel_width_mm > 0 else math.inf
+        barrel_from = math.inf
+        if 0 < cone_mm < length_mm:
+            at_end = half + flank * cone_mm
+            barrel = max(barrel, at_end) if barrel_width_mm > 0 else at_end
+            barrel_from = cone_mm
         shoulder = shoulder_width_mm / 2
         if length_mm < math.inf:
-            shoulder = max(shoulder, min(half + flank * length_mm, barrel))
+            at_length = barrel if barrel_from < math.inf else min(half + flank * length_mm, barrel)
+            shoulder = max(shoulder, at_length)
             barrel = min(barrel, shoulder)
         # Plain floats all: kernels would be compiled once more for whole numbers.
-        return cls(float(half), flank, float(length_mm), float(shoulder), float(press_mm), float(barrel))
+        return cls(*map(float, (half, flank, length_mm, shoulder, press_mm, barrel, barrel_from)))
 
     @property
     def is_point(self) -> bool:
@@ -99,11 +111,11 @@ class NozzleBody(NamedTuple):
         if self.is_point or deep <= 0:
             return 0.0
         core = self.half_width + self.flank * height_mm - self.press * math.hypot(1.0, self.flank)
-        core = min(core, self.barrel - self.press)
+        core = self.barrel - self.press if deep > self.barrel_from else min(core, self.barrel - self.press)
         return max(0.0, core, self.shoulder - self.press if deep > self.length else 0.0)
 
 
-POINT = NozzleBody(0.0, 0.0, math.inf, 0.0, 0.0, math.inf)
+POINT = NozzleBody(0.0, 0.0, math.inf, 0.0, 0.0, math.inf, math.inf)
 """The nozzle of the source paper."""
 
 
@@ -127,17 +139,19 @@ def allowed_directions(segments: NDArray[np.float64], downhill_deg: float) -> ND
 def press_depth(body: NozzleBody, a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     """How deep toolpath a, printed, pushes into the body while b is printed, in mm; 0 or less for not at all.
 
-    The depth of a point is its distance to the nearest face of the needle or of the shoulder. The differences
-    of points of a and b fill a parallelogram, over which the least of linear functions is maximised. As the
-    body widens upwards, depth never falls on the way up: the deepest point lies on a side.
+    The depth of a point is its distance to the nearest face of the part that it is deepest in. The
+    differences of points of a and b fill a parallelogram, over which the least of linear functions is
+    maximised. As the body widens upwards, depth never falls on the way up: the deepest point lies on a side.
 
     Args:
         a, b: float64 (2, 2), [endpoint, xy] in mm.
     """
     deepest = _deepest(a, b, needle_of(body))
-    if body.length == np.inf:
-        return deepest
-    return max(deepest, _deepest(a, b, shoulder_of(body)))
+    if body.barrel_from < np.inf:
+        deepest = max(deepest, _deepest(a, b, barrel_of(body)))
+    if body.length < np.inf:
+        deepest = max(deepest, _deepest(a, b, shoulder_of(body)))
+    return deepest
 
 
 @inner_kernel
@@ -155,6 +169,11 @@ def needle_of(body: NozzleBody) -> Faces:
     cosine = 1.0 / np.sqrt(1.0 + body.flank * body.flank)
     barrel = body.barrel if body.flank > 0.0 else np.inf
     return 0.0, cosine, body.flank * cosine, body.half_width * cosine, barrel
+
+
+@inner_kernel
+def barrel_of(body: NozzleBody) -> Faces:
+    return body.barrel_from, 1.0, 0.0, body.barrel, np.inf
 
 
 @inner_kernel

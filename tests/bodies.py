@@ -23,6 +23,7 @@ def bodies(draw, press=(0.0, 0.0, 0.05, 0.2)):
         shoulder_width_mm=draw(st.sampled_from([0.0, 1.0, 4.0])),
         press_mm=draw(st.sampled_from(press)),
         barrel_width_mm=draw(st.sampled_from([0.0, 0.0, 2.5])),
+        cone_mm=draw(st.sampled_from([0.0, 0.0, 0.3])),
     )
 
 
@@ -43,6 +44,8 @@ def hard_core(body: NozzleBody, press: float) -> shapely.Geometry:
     wide = body.shoulder - press
     if body.length < FAR and wide > 0:
         parts.append(shapely.box(-wide, top, wide, FAR))
+    if body.barrel_from < FAR and side > 0:
+        parts.append(shapely.box(-side, body.barrel_from + press, side, FAR))
     return shapely.unary_union(parts)
 
 
@@ -61,6 +64,8 @@ def lower_boundary(body: NozzleBody, d: float) -> float:
             out = y
     if out > body.length + press:
         out = math.inf
+    if d < body.barrel - press:
+        out = min(out, body.barrel_from + press)
     if d < body.shoulder - press:
         out = min(out, body.length + press)
     return out

@@ -157,6 +157,9 @@ def hard_core(body, far=1e4):
     if np.isfinite(body.length) and body.shoulder > press:
         side = body.shoulder - press
         parts.append(shapely.box(-side, body.length + press, side, far))
+    if np.isfinite(body.barrel_from) and body.barrel > press:
+        side = body.barrel - press
+        parts.append(shapely.box(-side, body.barrel_from + press, side, far))
     return shapely.union_all(parts) if parts else None
 
 
@@ -195,7 +198,8 @@ def random_body(random, scale):
     if random.random() < 0.4:
         length = random.uniform(0.2, 2.0) * scale
         shoulder = random.choice([0.0, half + random.uniform(0.1, 4.0) * scale])
-    return NozzleBody.of(2 * half, cone, length, 2 * shoulder, press, 2 * barrel)
+    cone_mm = random.choice([0.0, 0.0, random.uniform(0.1, 1.5) * scale])
+    return NozzleBody.of(2 * half, cone, length, 2 * shoulder, press, 2 * barrel, cone_mm)
 
 
 def closure(below):

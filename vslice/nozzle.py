@@ -25,6 +25,7 @@ def body_of(profile: Profile, spacing_mm: NDArray[np.float64]) -> NozzleBody:
         nozzle.shoulder_width_mm,
         press_of(profile, spacing_mm),
         nozzle.barrel_width_mm,
+        nozzle.cone_mm,
     )
 
 

@@ -4,11 +4,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.nozzle import Faces, NozzleBody, face, face_count, needle_of, shoulder_of, stands_in_the_way
+from slicer.nozzle import (
+    Faces,
+    NozzleBody,
+    barrel_of,
+    face,
+    face_count,
+    needle_of,
+    shoulder_of,
+    stands_in_the_way,
+)
 
 SAME_X_MM = 1e-9
 """As ``precedence.EPS_MM``: two x that differ by no more count as the same."""
-NEEDLE, SHOULDER, ABOVE = range(3)
+NEEDLE, BARREL, SHOULDER, ABOVE = range(4)
 """What of a printed toolpath is in the way: see ``hindering_part``."""
 
 
@@ -57,12 +66,12 @@ def hindering_part(
 ) -> tuple[float, float, float, float]:
     """The points of b that hinder a point of c, and the points of c that they hinder, in parts of the length.
 
-    A point b(t) hinders the point c(s) where some linear functions of (t, s), the distances to the faces of
-    the needle or of the shoulder, are all above ``press``: the unit square of (t, s) is clipped by their half
+    A point b(t) hinders the point c(s) where some linear functions of (t, s), the distances to the faces of a
+    part of the body, are all above ``press``: the unit square of (t, s) is clipped by their half
     planes. What lies straight above c hinders it too.
 
     Args:
-        part: 0 for the needle, 1 for the shoulder, 2 for what lies straight above.
+        part: ``NEEDLE``, ``BARREL``, ``SHOULDER``, or ``ABOVE`` for what lies straight above.
         room: float64 (2, 12, 2), to clip in.
 
     Returns:
@@ -73,9 +82,13 @@ def hindering_part(
         if not lies_above(b, c):
             return low, high, first, last
         return _shared(b, c, 0), _shared(b, c, 1), _shared(c, b, 0), _shared(c, b, 1)
-    if part == SHOULDER and body.length == np.inf:
+    if (part == BARREL and body.barrel_from == np.inf) or (part == SHOULDER and body.length == np.inf):
         return low, high, first, last
-    faces = shoulder_of(body) if part == SHOULDER else needle_of(body)
+    faces = needle_of(body)
+    if part == BARREL:
+        faces = barrel_of(body)
+    elif part == SHOULDER:
+        faces = shoulder_of(body)
     for k in range(4):
         room[0, k, 0], room[0, k, 1] = 1.0 if 0 < k < 3 else 0.0, 1.0 if k > 1 else 0.0
     size = 4
@@ -158,10 +171,10 @@ def hindering(body: NozzleBody, segments: NDArray[np.float64]) -> NDArray[np.boo
 
 @kernel
 def hindering_parts(body: NozzleBody, b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
-    """float64 (3, 4): for needle, shoulder and what lies straight above, see ``hindering_part``."""
-    out = np.empty((3, 4))
+    """float64 (4, 4): for each part of the body and what lies straight above, see ``hindering_part``."""
+    out = np.empty((ABOVE + 1, 4))
     room = np.empty((2, 12, 2))
-    for part in range(3):
+    for part in range(ABOVE + 1):
         low, high, first, last = hindering_part(body, b, c, part, room)
         out[part, 0], out[part, 1], out[part, 2], out[part, 3] = low, high, first, last
     return out

@@ -19,6 +19,10 @@ BODIES = {
     "all of them": Nozzle(
         tip_width_mm=0.4, cone_deg=50, length_mm=0.8, barrel_width_mm=1.6, shoulder_width_mm=2.4
     ),
+    "cone under a collar": Nozzle(
+        tip_width_mm=0.4, cone_deg=45, cone_mm=0.3, length_mm=0.8, barrel_width_mm=1.2, shoulder_width_mm=2.4
+    ),
+    "cone that ends": Nozzle(tip_width_mm=0.4, cone_deg=45, cone_mm=0.3),
     "cone that ends under a shoulder as wide": Nozzle(tip_width_mm=0.4, cone_deg=45, length_mm=0.5),
 }
 FAR = 100.0
@@ -30,14 +34,16 @@ def polygons(nozzle, press):
     """The parts of a body, every face moved inwards by ``press``: what nothing may enter."""
     lean = np.tan(np.radians(nozzle.cone_deg))
     half = nozzle.tip_width_mm / 2
-    barrel = nozzle.barrel_width_mm / 2 or FAR
+    barrel = nozzle.barrel_width_mm / 2 or (FAR if not nozzle.cone_mm else half + nozzle.cone_mm * lean)
     needle = shapely.Polygon([(-half, 0), (half, 0), (half + FAR * lean, FAR), (-half - FAR * lean, FAR)])
     outlines = [needle.intersection(shapely.box(-barrel, 0, barrel, FAR))]
+    if nozzle.cone_mm:
+        outlines.append(shapely.box(-barrel, nozzle.cone_mm, barrel, FAR))
     if nozzle.length_mm is not None:
         low = nozzle.length_mm
         # What the shoulder stands on is as wide as the needle's edge just below it.
-        slice_ = outlines[0].intersection(shapely.LineString([(-FAR, low), (FAR, low)])).bounds
-        wide = max(nozzle.shoulder_width_mm / 2, slice_[2])
+        level = shapely.LineString([(-FAR, low), (FAR, low)])
+        wide = max(nozzle.shoulder_width_mm / 2, shapely.union_all(outlines).intersection(level).bounds[2])
         outlines[0] = outlines[0].intersection(shapely.box(-wide, 0, wide, FAR))
         outlines.append(shapely.box(-wide, low, wide, FAR))
     return [outline.buffer(-press, join_style="mitre") for outline in outlines]

@@ -25,6 +25,7 @@ bodies = st.builds(
     shoulder_width_mm=st.sampled_from([0.0, 0.5, 2.0]),
     press_mm=st.sampled_from([0.0, 0.03, 0.1, 0.5]),
     barrel_width_mm=st.sampled_from([0.0, 0.0, 3.0, 4.0]),
+    cone_mm=st.sampled_from([0.0, 0.0, 0.2, 0.7]),
 )
 sheets = loose_segments(30) | segment_sets(max_n=40)
 
@@ -48,6 +49,9 @@ def hard_core(body, press):
     if body.flank > 0 and cores:
         side = max(min(body.barrel, FAR) - press, 0.0)
         cores[0] = cores[0].intersection(shapely.box(-side, 0, side, FAR)) if side else shapely.Polygon()
+    if body.barrel_from < FAR and body.barrel > press:
+        side = body.barrel - press
+        cores.append(shapely.box(-side, body.barrel_from + press, side, FAR))
     return shapely.union_all(cores)
 
 
@@ -229,3 +233,14 @@ def test_a_shoulder_is_no_narrower_than_what_it_stands_on():
     assert NozzleBody.of(0.2, 45.0, 1.0, 0.5, barrel_width_mm=1.0).shoulder == 0.5
     assert NozzleBody.of(0.2, 45.0, 1.0, 5.0).barrel == 2.5  # beyond, the shoulder holds the flank
     assert NozzleBody.of(0.2, 45.0, barrel_width_mm=0.1).barrel == 0.1
+    collar = NozzleBody.of(0.2, 45.0, 5.0, 0.0, barrel_width_mm=6.0, cone_mm=1.0)
+    assert (collar.barrel, collar.barrel_from, collar.shoulder) == (3.0, 1.0, 3.0)
+    assert NozzleBody.of(0.2, 45.0, barrel_width_mm=1.0, cone_mm=1.0).barrel == pytest.approx(1.1)
+    assert NozzleBody.of(0.2, 45.0, 1.0, cone_mm=2.0).barrel_from == math.inf  # the shoulder comes first
+
+
+def test_a_barrel_begins_where_the_cone_is_said_to_end():
+    low, high = [[0.0, 0.0], [1.0, 0.0]], [[1.5, 3.0], [2.5, 3.0]]
+    for cone_mm, found in ((2.0, [[1, 0]]), (3.5, []), (0.0, [])):
+        body = NozzleBody.of(0.2, 1.0, barrel_width_mm=1.2, cone_mm=cone_mm)
+        assert hindering_edges([high, low], body).tolist() == found
