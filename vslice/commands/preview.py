@@ -53,6 +53,11 @@ MOST = 5  # gaps that are shown one by one
     help="Of a grid: the toolpaths that stand in the nozzle's way in a ring, and the worst pair.",
 )
 @click.option(
+    "--hanging",
+    is_flag=True,
+    help="Of a program: what is laid with nothing under or beside it, farther than a bead's height.",
+)
+@click.option(
     "--color",
     type=click.Choice(["kind", "order"]),
     default="kind",
@@ -71,6 +76,7 @@ def command(
     out: Path | None,
     show: str,
     conflicts: bool,
+    hanging: bool,
     color: str,
     dpi: int,
     profile_name: str | None,
@@ -95,11 +101,13 @@ def command(
     data = sys.stdin.buffer.read(MAX_BYTES + 1) if given else b""
     is_grid = begins_as_grid(data) if given else _is_grid(file)
     if is_grid:
-        no_effect("a grid", "color")
+        no_effect("a grid", "color", "hanging")
     else:
         no_effect("a program", "show", "conflicts")
     if not conflicts:
-        no_effect("a grid" if is_grid else "a program", "nozzle_name", "overrides")
+        no_effect("a grid" if is_grid else "a program", "nozzle_name")
+        if not hanging:
+            no_effect("a grid" if is_grid else "a program", "overrides")
     if is_grid and conflicts:
         no_effect("a picture of conflicts", "show")
     elif is_grid:
@@ -124,10 +132,14 @@ def command(
         from vslice.machine import read_program
 
         source = load_stream(BytesIO(data), "standard input") if given else file
-        moves, _, profile = read_program(source, profile_name, ())
+        moves, _, profile = read_program(source, profile_name, overrides)
         drawing = preview.Drawing.of_moves(moves, profile)
         if len(drawing.toolpaths) == 0:
             raise InputError(f"{file}: nothing is extruded in it. Is the profile (-p) the right one?")
+        if hanging:
+            from gcode.hanging import with_hanging
+
+            drawing = with_hanging(drawing, moves, profile.material)
         _say_gaps(preview.not_drawn(moves, profile))
         figure = preview.draw_sequence(
             drawing, color="order" if color == "order" else "kind", axes=profile.machine.plane

@@ -19,6 +19,8 @@ MERGED_STATES = 20_000
 """Columns with few down-sets go together into blocks of up to so many states, which tightens the bound."""
 MOST_ARCS = 200_000_000
 """Whatever the effort, the bound looks at no more travels; this takes about 1.5 GB."""
+MOST_TIED = 20_000
+"""Down-sets of a column that are looked at first where columns are tied."""
 MOST_TRAVELS = 40_000_000
 """Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each."""
 MOST_DENSE = 100_000_000
@@ -60,6 +62,8 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
         return None
     bounds = np.arange(section.columns, dtype=np.int32) if section.columns > 1 else np.zeros(2, np.int32)
     limit = max(int(np.sqrt(most_arcs / max(1, section.columns - 1))), 2 * int(size.max()))
+    if len(section.ties):
+        limit = max(limit, MOST_TIED)  # few pairs of tied columns go together
     while True:
         sets = down_sets(section, limit, guide)
         states, arcs = extent(sets, bounds)
