@@ -12,7 +12,7 @@ from gcode.preview import Drawing, draw_sequence
 from profiles.profile import Material
 from slicer.support import hanging
 
-SHEET = make_grid([[80, -80], [30, 0]])
+SHEET = make_grid([[10, -40], [-25, 60]])
 
 
 def test_a_program_hangs_as_its_plan_does():
@@ -22,7 +22,8 @@ def test_a_program_hangs_as_its_plan_does():
     drawing = with_hanging(Drawing.of_moves(moves, loaded), moves, loaded.material)
     expected = hanging(plan.toolpaths, heights_mm(moves, drawing.line, loaded.material))
     length = np.hypot(*(drawing.hanging[:, 1] - drawing.hanging[:, 0]).T).sum()
-    assert length == pytest.approx(expected.length_mm.sum(), abs=0.1)
+    # Neighbours of a tile lie exactly a bead apart: as rounded, more of them would hang.
+    assert length == pytest.approx(expected.length_mm.sum(), abs=0.15)
     assert length > 1.0
     figure = draw_sequence(drawing)
     assert f"hangs, {length:.1f} mm" in [text.get_text() for text in figure.legends[0].get_texts()]
