@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import profiles
@@ -107,7 +108,9 @@ def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
 def test_the_planner_gets_the_body_of_the_profile():
     profile = profiles.load("paper", ["nozzle.length_mm=4", "nozzle.tip_width_mm=0.6", "nozzle.cone_deg=45"])
     body = body_of(profile, [0.3, 0.2])
-    assert body == pytest.approx((0.3, 1.0, 4.0, 0.0, 0.1))
+    assert body == pytest.approx((0.3, 1.0, 4.0, 4.3, 0.1, 4.3, np.inf))
+    hexagon = body_of(profiles.load("marlin-generic"), [0.3, 0.2])
+    assert hexagon == pytest.approx((0.5, 1.0, 5.0, 11.5, 0.1, 4.04, 2.0))
     assert body_of(profiles.load("paper"), [0.2]).is_point
 
 
