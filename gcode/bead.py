@@ -7,6 +7,19 @@ from numpy.typing import NDArray
 
 from profiles.profile import Material, Nozzle
 
+HEIGHT = "HEIGHT:"
+
+
+def said_height_mm(comment: str) -> float:
+    """The height of the beads that follow, from a comment as vslice and PrusaSlicer write it; 0 for none."""
+    if not comment.startswith(HEIGHT):
+        return 0.0
+    try:
+        value = float(comment.removeprefix(HEIGHT))
+    except ValueError:
+        return 0.0
+    return value if math.isfinite(value) and value > 0 else 0.0
+
 
 def bead_height_mm(material: Material, spacing_mm: NDArray[np.float64]) -> NDArray[np.float64]:
     """Height of the beads of toolpaths with these spacings; a circle is as high as it is wide."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gcode.bead import bead_height_mm, press_mm
+from gcode.bead import bead_height_mm, press_mm, said_height_mm
 from gcode.envelope import replay
 from gcode.errors import ParseError
 from gcode.feeding import check_feeding
@@ -254,19 +254,11 @@ def _bead_heights(moves: list[Move], profile: Profile, grid: "Grid | None") -> N
     if grid is not None:
         spacing = np.unique(grid.spacing_mm[~np.isnan(grid.angles_deg)])
     else:
-        said = {m.text for m in moves if m.kind == Kind.COMMENT and m.text.startswith("HEIGHT:")}
-        spacing = np.array([value for value in map(_number, said) if value > 0], np.float64)
+        said = {said_height_mm(m.text) for m in moves if m.kind == Kind.COMMENT}
+        spacing = np.array(sorted(said - {0.0}), np.float64)
     if len(spacing) == 0 and profile.material.height_mm is not None:
         spacing = np.array([profile.material.height_mm])
     return bead_height_mm(profile.material, spacing)
-
-
-def _number(comment: str) -> float:
-    try:
-        value = float(comment.partition(":")[2])
-    except ValueError:
-        return 0.0
-    return value if math.isfinite(value) else 0.0
 
 
 def _shift(moves: list[Move]) -> tuple[float, float] | None:

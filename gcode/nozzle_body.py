@@ -1,12 +1,14 @@
 """The nozzle's body as the check sees it: how deep a printed line pushes into it on the way along another.
 
 It is independent of the planner on purpose. Seen from the tip, the body is a needle, a flat whose flanks open
-upwards without end, and a shoulder, all that is less than its half width away from the axis, from its height
-on. The depth of a point is its distance to the nearest face of the one or of the other, inside.
+upwards until they are as far apart as the barrel, or as the shoulder where the profile knows no barrel; and
+barrel and shoulder are all that is less than their half width away from the axis, from their height on. None
+is narrower than what it stands on. The depth of a point is its distance to the nearest face of the part that
+it is deepest in.
 
 With one line printed and the tip on another, the differences of their points fill a parallelogram. In a body
 that widens upwards depth grows with height, so the deepest of them lies on its upper edge: two lines, taken
-from left to right. Along them depth is the least of three linear functions, hence concave, and its greatest
+from left to right. Along them depth is the least of a few linear functions, hence concave, and its greatest
 value stands at an end, above the axis, or where two of the functions cross. All is done for many pairs at
 once.
 """
@@ -23,33 +25,46 @@ FloatArray = NDArray[np.float64]
 
 
 class Faces(NamedTuple):
-    """One of the two parts of a body: a bottom at ``floor``, and two sides that lean outwards by an angle.
+    """One of the parts of a body: a bottom at ``floor``, and two sides that lean outwards by an angle.
 
     Attributes:
         floor: height of the bottom above the tip, in mm.
         half: half of its width there.
         sine, cosine: of the angle between its sides and the axis.
+        widest: half of the width at which its sides turn upright.
     """
 
     floor: float
     half: float
     sine: float
     cosine: float
+    widest: float
 
     def depth(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """How deep points lie inside, seen from the tip; 0 or less outside."""
-        return np.minimum(y - self.floor, (self.half - np.abs(x)) * self.cosine + y * self.sine)
+        out = np.abs(x)
+        leaning = (self.half - out) * self.cosine + y * self.sine
+        return np.minimum(np.minimum(y - self.floor, leaning), self.widest - out)
 
 
 def parts_of(nozzle: Nozzle) -> list[Faces]:
     """The parts of a profile's nozzle; none where it is a point."""
     if nozzle.tip_width_mm <= 0:
         return []
-    angle = math.radians(nozzle.cone_deg)
-    parts = [Faces(0.0, nozzle.tip_width_mm / 2, math.sin(angle), math.cos(angle))]
-    if nozzle.length_mm is not None and nozzle.shoulder_width_mm > 0:
-        parts.append(Faces(nozzle.length_mm, nozzle.shoulder_width_mm / 2, 0.0, 1.0))
-    return parts
+    angle, half = math.radians(nozzle.cone_deg), nozzle.tip_width_mm / 2
+    widest = max(nozzle.barrel_width_mm / 2, half) if nozzle.barrel_width_mm > 0 else math.inf
+    length = math.inf if nozzle.length_mm is None else nozzle.length_mm
+    above = []
+    end = min(half + length * math.tan(angle), widest) if angle > 0 else half
+    if 0 < nozzle.cone_mm < length:
+        end = half + nozzle.cone_mm * math.tan(angle)
+        end = widest = max(end, widest) if widest < math.inf else end
+        above.append(Faces(nozzle.cone_mm, end, 0.0, 1.0, end))
+    if length < math.inf:
+        end = max(nozzle.shoulder_width_mm / 2, end)
+        above.append(Faces(length, end, 0.0, 1.0, end))
+        widest = min(widest, end)
+    return [Faces(0.0, half, math.sin(angle), math.cos(angle), widest), *above]
 
 
 class Depths(NamedTuple):
@@ -105,8 +120,14 @@ def _deepest_along(part: Faces, from_: FloatArray, to: FloatArray) -> tuple[Floa
     places = [np.zeros(len(x)), np.ones(len(x)), _zero(x, dx)]
     for side in (1.0, -1.0):
         # The bottom is as far as this side: y - floor = (half - side x) cosine + y sine.
-        value = (part.half - side * x) * part.cosine + y * part.sine - (y - part.floor)
-        places.append(_zero(value, -side * dx * part.cosine + dy * (part.sine - 1.0)))
+        leaning = (part.half - side * x) * part.cosine + y * part.sine
+        slope = -side * dx * part.cosine + dy * part.sine
+        places.append(_zero(leaning - (y - part.floor), slope - dy))
+        if part.sine > 0.0 and part.widest < math.inf:
+            # As far as where this side turns upright is the bottom, or the side itself below.
+            upright = part.widest - side * x
+            places.append(_zero(upright - (y - part.floor), -side * dx - dy))
+            places.append(_zero(upright - leaning, -side * dx - slope))
     found = np.stack([part.depth(x + at * dx, y + at * dy) for at in places])
     best = found.argmax(axis=0)
     rows = np.arange(len(x))

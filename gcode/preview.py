@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # shapely, and what compiles the routing
     from slicer.travel import Plan
 
 Color = Literal["kind", "order"]
-EXTRUSION, TRAVEL, START, END, PRIME = "#d62728", "#1f77b4", "#2ca02c", "0.1", "0.6"
+EXTRUSION, TRAVEL, START, END, PRIME, HANGING = "#d62728", "#1f77b4", "#2ca02c", "0.1", "0.6", "#ff9900"
 FORMATS = ("png", "svg", "pdf")
 LEAST_IN = (4.0, 3.0)
 """Width and height of a picture below which its title, labels and legend have no room."""
@@ -46,12 +46,16 @@ class Drawing:
         travels: polylines, float64 (k, 2) each.
         from_toolpath: for each travel, how many toolpaths were laid before it.
         prime: float64 (m, 2, 2), what only filled the nozzle; it belongs to no sheet and is not counted.
+        line: of a program, the line of each toolpath.
+        hanging: float64 (m, 2, 2), what has nothing under or beside it, in mm; None where nobody asked.
     """
 
     toolpaths: NDArray[np.float64]
     travels: list[NDArray[np.float64]]
     from_toolpath: list[int]
     prime: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2, 2)))
+    line: list[int] = field(default_factory=list)
+    hanging: NDArray[np.float64] | None = None
 
     @classmethod
     def of_plan(cls, plan: "Plan") -> "Drawing":
@@ -76,6 +80,7 @@ class Drawing:
         toolpaths: list[tuple[list[float], list[float]]] = []
         travels: list[NDArray[np.float64]] = []
         from_toolpath: list[int] = []
+        line: list[int] = []
         trail: list[list[float]] = []
         for move, prints in zip(moves, printing, strict=True):
             if move.kind == Kind.COMMAND and moves_unseen(move.text):
@@ -94,11 +99,12 @@ class Drawing:
                     travels.append(np.array(trail))
                     from_toolpath.append(len(toolpaths))
                 toolpaths.append((trail[-1], here))
+                line.append(move.line)
                 trail = [here]
             elif not np.isnan(here).any():
                 trail.append(here)
         laid, filled = (np.array(ends, np.float64).reshape(-1, 2, 2) for ends in (toolpaths, prime))
-        return cls(laid, travels, from_toolpath, filled)
+        return cls(laid, travels, from_toolpath, filled, line)
 
 
 def _laid(moves: list[Move], profile: Profile) -> tuple[list[bool], set[int]]:
@@ -211,11 +217,16 @@ def draw_sequence(
     if len(drawing.prime):
         plot.add_collection(LineCollection(list(drawing.prime), colors=PRIME, linewidths=1.6, zorder=1))
         handles.append(Line2D([], [], color=PRIME, lw=1.6, label="prime line"))
+    if drawing.hanging is not None:
+        broad = width + 1.0
+        plot.add_collection(LineCollection(list(drawing.hanging), colors=HANGING, linewidths=broad, zorder=4))
+        length = float(np.hypot(*(drawing.hanging[:, 1] - drawing.hanging[:, 0]).T).sum())
+        handles.append(Line2D([], [], color=HANGING, lw=2.6, label=f"hangs, {length:.1f} mm"))
     if n:
         start = drawing.toolpaths[0, 0]
-        handles += plot.plot(*start, "o", color=START, ms=7, zorder=4, label="start", linestyle="")
+        handles += plot.plot(*start, "o", color=START, ms=7, zorder=5, label="start", linestyle="")
         end = drawing.toolpaths[-1, 1]
-        handles += plot.plot(*end, "s", color=END, ms=6, zorder=4, label="end", linestyle="")
+        handles += plot.plot(*end, "s", color=END, ms=6, zorder=5, label="end", linestyle="")
         if arrows:
             _direct(figure, plot, drawing.toolpaths)
         # "outside": the layout gives the legend a place of its own, whatever the shape of the sheet.

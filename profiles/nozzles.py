@@ -16,7 +16,8 @@ class KnownNozzle(NamedTuple):
         name: what it is asked for by, such as 25G.
         what: in words.
         bore_mm: inner diameter at the tip.
-        tip_width_mm, cone_deg, length_mm, shoulder_width_mm: see ``profiles.profile.Nozzle``.
+        tip_width_mm, cone_deg, cone_mm, length_mm, barrel_width_mm, shoulder_width_mm: see
+            ``profiles.profile.Nozzle``.
         source: where the dimensions stand.
         unverified: what of them no maker's sheet was found for; empty where all is known.
     """
@@ -26,14 +27,16 @@ class KnownNozzle(NamedTuple):
     bore_mm: float
     tip_width_mm: float
     cone_deg: float
+    cone_mm: float
     length_mm: float
+    barrel_width_mm: float
     shoulder_width_mm: float
     source: str
     unverified: str
 
     def settings(self) -> list[str]:
         """This nozzle as settings of a profile, each "section.key=value"."""
-        sizes = ("tip_width_mm", "cone_deg", "length_mm", "shoulder_width_mm")
+        sizes = ("tip_width_mm", "cone_deg", "cone_mm", "length_mm", "barrel_width_mm", "shoulder_width_mm")
         return [
             f'nozzle.name="{self.name}"',
             *(f"nozzle.{key}={float(getattr(self, key))}" for key in sizes),
@@ -50,7 +53,8 @@ def known_nozzles() -> dict[str, KnownNozzle]:
     found = []
     for kind in data["kinds"]:
         for size in kind["sizes"]:
-            both = {key: value for key, value in (kind | size).items() if key in KnownNozzle._fields}
+            said = {"barrel_width_mm": 0.0, "cone_mm": 0.0} | kind | size
+            both = {key: value for key, value in said.items() if key in KnownNozzle._fields}
             usual, *others = kind["lengths_mm"]
             what = kind["what"].format(**size)
             found.append(KnownNozzle(**both | {"what": what, "length_mm": usual}))

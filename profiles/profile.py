@@ -190,11 +190,23 @@ class Nozzle(_Section):
     cone_deg: Annotated[float, _between(0, 85)] = Field(
         0.0, description="Angle of the flank from the axis; 0 for a blunt needle."
     )
+    cone_mm: Annotated[float, _between(0, 1000)] = Field(
+        0.0,
+        description="Height of the cone, above which the nozzle is as wide as its barrel; 0 where the flank "
+        "goes on until it is.",
+    )
     length_mm: Annotated[float, _between(0.1, 1000)] | None = Field(
         None, description="From the tip up to the shoulder; by default nothing wider comes."
     )
+    barrel_width_mm: Annotated[float, _between(0, 1000)] = Field(
+        0.0,
+        description="How wide the flank gets at most, such as a hexagon over its corners, and no less than "
+        "the tip; 0 where it goes on up to the shoulder.",
+    )
     shoulder_width_mm: Annotated[float, _between(0, 1000)] = Field(
-        0.0, description="Width of what comes above it, such as a hub or a heater block."
+        0.0,
+        description="Width of what comes above it, such as a hub or a heater block; at least as wide as the "
+        "flank gets.",
     )
     press_mm: Annotated[float, _between(0, 100)] | None = Field(
         None,

@@ -20,35 +20,40 @@ class Edge(NamedTuple):
         drop: how far below the point the level part lies, in mm.
         width: half width of the level part.
         steep: how fast the flanks fall beyond; infinity for none.
+        reach: half width where the flanks end; infinity where they never do.
         straight: whether this is no part of the body, but the half-line below the tip.
     """
 
     drop: float
     width: float
     steep: float
+    reach: float
     straight: bool
 
 
-STRAIGHT = Edge(X_EPS_MM, 0.0, math.inf, True)
+STRAIGHT = Edge(X_EPS_MM, 0.0, math.inf, 0.0, True)
 """What lies straight below a toolpath comes before it, whatever the nozzle."""
 
 
 def edges_of(body: NozzleBody) -> list[Edge]:
-    """The lower edges of needle and shoulder, where anything of them is left within ``press``."""
+    """The lower edges of the body's parts, where anything of them is left within ``press``."""
     if body.is_point:
         return []
     press = body.press + EPS_MM
     # The flanks moved inwards, and where they meet.
     at_tip = body.half_width - press * math.hypot(1.0, body.flank)
     width = at_tip + body.flank * press
+    reach = body.barrel - press
     found = []
     if width > 0 and body.flank == 0:
-        found.append(Edge(press, width, math.inf, False))
-    elif body.flank > 0:
+        found.append(Edge(press, width, math.inf, width, False))
+    elif body.flank > 0 and reach > 0:
         drop = press if width > 0 else -at_tip / body.flank
-        found.append(Edge(drop, max(width, 0.0), 1 / body.flank, False))
-    if body.length < math.inf and body.shoulder > press:
-        found.append(Edge(body.length + press, body.shoulder - press, math.inf, False))
+        found.append(Edge(drop, min(max(width, 0.0), reach), 1 / body.flank, reach, False))
+    for begins, half_width in ((body.barrel_from, body.barrel), (body.length, body.shoulder)):
+        wide = half_width - press
+        if begins < math.inf and wide > 0:
+            found.append(Edge(begins + press, wide, math.inf, wide, False))
     return found
 
 

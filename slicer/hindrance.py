@@ -1,15 +1,17 @@
 """Which toolpaths the body of the nozzle would hit, found by following the edge of what a toolpath forbids.
 
 Once toolpath A is printed, the tip may no longer be where a point of A would lie in the hard core of the
-body (see ``slicer.nozzle``). Both parts of the core, needle and shoulder, are convex and go up without end;
-so what A forbids is, for each of them, all that lies below one concave line, the sum of A and the mirrored
-lower edge of the core. From the higher end of A it runs level by the half width to either side, then down
-along A, then down the flank. What passes below that line somewhere must be printed before A.
+body (see ``slicer.nozzle``). All parts of the core, needle, barrel and shoulder, are convex and go up without
+end; so what A forbids is, for each of them, all that lies below one concave line, the sum of A and the
+mirrored lower edge of the core. From the higher end of A it runs level by the half width to either side, then
+down along A, then down the flank as far as that goes; along A only then, where A is steeper. What passes
+below that line somewhere must be printed before A.
 
 At each x only the highest toolpath below the line needs to be named, the others lie below that one. The line
 is therefore followed through the trapezoids of the sheet (``slicer.trapezoids``), and the toolpath below is
 taken down in each of them. A flank is followed only until the flank of a toolpath that was taken down lies
-higher: from there on, that one's line tells the rest. As it lies higher, no two can rely on each other.
+higher: from there on, that one's line tells the rest, if it does not end before. As it lies higher, no two
+can rely on each other.
 """
 
 import numpy as np
@@ -83,7 +85,7 @@ def _meet(
     Args:
         segments: the toolpaths, and the queries.
         own: whether query k is toolpath k.
-        edges: float64 (e, 4), numbers of each ``Edge``.
+        edges: float64 (e, 5), numbers of each ``Edge``.
         sheet: the trapezoids on the way to that side.
         side: 0 to the right, 1 to the left.
     """
@@ -173,12 +175,14 @@ def _walk(
     width, steep = edge[1], edge[2]
     x, y = sign * starts.point[k, e, 0], starts.point[k, e, 1]
     run, fall = asked[1, 0] - asked[0, 0], asked[1, 1] - asked[0, 1]
-    # Along the toolpath the line falls on the side of its lower end alone, and flatter than the flank.
-    if (fall >= 0.0) == (side == 0) or run <= X_EPS_MM or abs(fall) >= steep * run:
+    # Along the toolpath the line falls on the side of its lower end alone, before the flank or after it.
+    if (fall >= 0.0) == (side == 0) or run <= X_EPS_MM:
         run = fall = 0.0
     else:
         fall = -abs(fall) / run
-    mine = _flank(asked, sign, steep)
+    steeper = fall <= -steep
+    mine, far = _flank(asked, sign, steep), sign * asked[1 - side, 0]
+    told = np.inf  # from where on the line of another tells the rest
     at = starts.at[k, e, side]
     wall = starts.wall[k]
     if wall >= 0:
@@ -186,14 +190,14 @@ def _walk(
         count = _note(upright_under(sheet, wall, lines, y), k, seen, new, count)
     for piece in range(3):
         from_x, from_y = x, y
+        on_flank = piece == (1 if steeper else 2)
         if piece == 0:
             slope, stop = 0.0, x + width
-        elif piece == 1:
-            slope, stop = fall, x + run
-        elif steep < np.inf:
-            slope, stop = -steep, np.inf
+        elif on_flank:
+            slope, stop = -steep, x + edge[3] - width
         else:
-            break
+            slope, stop = fall, x + run
+        stop = min(stop, told)
         while x < stop:
             low, high = sheet.low[at], sheet.high[at]
             until = min(stop, sheet.end[at])
@@ -210,10 +214,13 @@ def _walk(
                 y = from_y + slope * (until - from_x)
             if low != bottom:
                 count = _note(low, k, seen, new, count)
-                if piece == 2 and _flank(lines[low], sign, steep) > mine:
+                if on_flank and _flank(lines[low], sign, steep) > mine:
                     middle = (x + until) / 2
                     if from_y + slope * (middle - from_x) > height_at(sheet, low, middle) + EPS_MM:
-                        stop = min(stop, _flank_begins(lines[low], sign, steep) + width)
+                        theirs = _flank_begins(lines[low], sign, steep)
+                        if theirs >= far or edge[3] == np.inf:
+                            told = min(told, theirs + width)
+                            stop = min(stop, told)
             x = until
             if leaves != NONE:
                 at = on_top_of(sheet, high, x) if leaves == high else underneath(sheet, low, x)

@@ -4,9 +4,9 @@ Let h(d) be the height of the lower boundary of the body's hard core (``slicer.n
 the axis. With a toolpath printed the tip may not pass below the greatest a.y - h(|x - a.x|) over its points
 a. From the axis outwards -h is level, then falls along the flank: a concave function, as the toolpath is
 one over its x-range. So what the greatest of their sums looks like is their slopes in descending order, one
-line after another (Rockafellar, "Convex Analysis", 1970, section 16); the shoulder gives a second such
-chain. What lies below the lowest place that a tip goes to is of no interest, and ends the flanks of a
-nozzle without a shoulder.
+line after another (Rockafellar, "Convex Analysis", 1970, section 16); barrel and shoulder give two more such
+chains. A flank ends where it is as wide as the barrel, or where another part reaches farther. What lies below
+the lowest place that a tip goes to is of no interest, and ends it, too.
 """
 
 import numpy as np
@@ -17,8 +17,8 @@ from slicer.nozzle import EPS_MM as PRESS_EPS_MM
 from slicer.nozzle import NozzleBody
 
 EPS_MM = 1e-9
-MOST_LINES = 6
-"""Four of the needle, two of the shoulder."""
+MOST_LINES = 8
+"""Four of the needle, two of the barrel and two of the shoulder."""
 
 
 @inner_kernel
@@ -47,9 +47,11 @@ def reach(body: NozzleBody, floor: float, segment: NDArray[np.float64], lines: N
     if core < 0.0 < body.flank:
         low -= core / body.flank
         core = 0.0
-    high = min(body.length + press, room)
+    widest = body.barrel - press if body.flank > 0.0 else core
+    core = min(core, widest)
+    high = min(min(body.length, body.barrel_from) + press, room)
     if core >= 0.0 and low < high:
-        drop = high - low if body.flank > 0.0 else 0.0
+        drop = min(high - low, (widest - core) / body.flank) if body.flank > 0.0 else 0.0
         out = body.flank * drop
         x, y = xl - core - out, yl - low - drop
         if (yr - yl) * body.flank > xr - xl:  # steeper than the flank
@@ -60,10 +62,13 @@ def reach(body: NozzleBody, floor: float, segment: NDArray[np.float64], lines: N
             count, x, y = _add(lines, count, x, y, xr - xl, yr - yl)
         count, x, y = _add(lines, count, x, y, 2.0 * core, 0.0)
         count, x, y = _add(lines, count, x, y, out, -drop)
-    if body.length + press < room and body.shoulder > press:
-        x, y = xl - body.shoulder + press, yl - body.length - press
-        count, x, y = _add(lines, count, x, y, xr - xl, yr - yl)
-        count, x, y = _add(lines, count, x, y, 2.0 * (body.shoulder - press), 0.0)
+    for part in range(2):
+        begins = body.barrel_from if part == 0 else body.length
+        wide = (body.barrel if part == 0 else body.shoulder) - press
+        if begins + press < room and wide > 0.0:
+            x, y = xl - wide, yl - begins - press
+            count, x, y = _add(lines, count, x, y, xr - xl, yr - yl)
+            count, x, y = _add(lines, count, x, y, 2.0 * wide, 0.0)
     if mirrored:
         for k in range(count):
             lines[k, 0], lines[k, 2] = -lines[k, 2], -lines[k, 0]

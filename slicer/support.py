@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 SLACK = 1.001
 """Neighbours of a tile lie a bead's height apart: rounding must not part them."""
+LEAST_MM = 0.001
+"""Positions are written with three decimals: what hangs over less cannot be drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,10 +19,12 @@ class Hanging:
     Attributes:
         length_mm: float64 (n,), the length that hangs.
         bridge_mm: float64 (n,), the longest piece that hangs without a break.
+        pieces: float64 (m, 2, 2), from where to where, in mm, toolpath by toolpath; none shorter than 0.001.
     """
 
     length_mm: NDArray[np.float64]
     bridge_mm: NDArray[np.float64]
+    pieces: NDArray[np.float64]
 
 
 def hanging(toolpaths: NDArray[np.float64], height_mm: NDArray[np.float64]) -> Hanging:
@@ -34,7 +38,7 @@ def hanging(toolpaths: NDArray[np.float64], height_mm: NDArray[np.float64]) -> H
     """
     n = len(toolpaths)
     if n == 0:
-        return Hanging(np.empty(0), np.empty(0))
+        return Hanging(np.empty(0), np.empty(0), np.empty((0, 2, 2)))
     reach = height_mm * SLACK
     later, earlier = _neighbours(toolpaths, reach)
     first, last = _within(toolpaths[later], toolpaths[earlier], reach[later])
@@ -135,7 +139,10 @@ def _gaps(
     total, longest = np.zeros(n), np.zeros(n)
     np.add.at(total, of, gap)
     np.maximum.at(longest, of, gap)
-    return Hanging(total * length, longest * length)
+    some = np.flatnonzero(gap * length[of] > LEAST_MM)
+    parts = np.stack([before[some], begin[some]], axis=1)[:, :, None]
+    start_xy, end_xy = toolpaths[of[some], :1], toolpaths[of[some], 1:]
+    return Hanging(total * length, longest * length, start_xy + parts * (end_xy - start_xy))
 
 
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

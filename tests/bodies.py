@@ -22,6 +22,8 @@ def bodies(draw, press=(0.0, 0.0, 0.05, 0.2)):
         length_mm=draw(st.sampled_from([math.inf, math.inf, 0.5, 1.2])),
         shoulder_width_mm=draw(st.sampled_from([0.0, 1.0, 4.0])),
         press_mm=draw(st.sampled_from(press)),
+        barrel_width_mm=draw(st.sampled_from([0.0, 0.0, 2.5])),
+        cone_mm=draw(st.sampled_from([0.0, 0.0, 0.3])),
     )
 
 
@@ -29,6 +31,7 @@ def hard_core(body: NozzleBody, press: float) -> shapely.Geometry:
     """The body with every face moved inwards, with the tip at (0, 0); closed, so that it touches what it may."""
     top = min(body.length + press, FAR)
     parts = []
+    side = max(min(body.barrel, FAR) - press, 0.0)
     slope = math.hypot(1.0, body.flank) * press
     low = press
     if body.flank > 0:
@@ -36,11 +39,14 @@ def hard_core(body: NozzleBody, press: float) -> shapely.Geometry:
     at_low, at_top = (body.half_width + body.flank * y - slope for y in (low, top))
     if low < top and at_top > 0:
         at_low = max(0.0, at_low)
-        parts.append([(-at_low, low), (at_low, low), (at_top, top), (-at_top, top)])
+        cone = shapely.Polygon([(-at_low, low), (at_low, low), (at_top, top), (-at_top, top)])
+        parts.append(cone.intersection(shapely.box(-side, 0, side, FAR)) if side else shapely.Polygon())
     wide = body.shoulder - press
     if body.length < FAR and wide > 0:
-        parts.append([(-wide, top), (wide, top), (wide, FAR), (-wide, FAR)])
-    return shapely.unary_union([shapely.Polygon(part) for part in parts])
+        parts.append(shapely.box(-wide, top, wide, FAR))
+    if body.barrel_from < FAR and side > 0:
+        parts.append(shapely.box(-side, body.barrel_from + press, side, FAR))
+    return shapely.unary_union(parts)
 
 
 def lower_boundary(body: NozzleBody, d: float) -> float:
@@ -48,7 +54,9 @@ def lower_boundary(body: NozzleBody, d: float) -> float:
     press = body.press + PRESS_EPS_MM
     out = math.inf
     slope = math.hypot(1.0, body.flank) * press
-    if d < body.half_width + body.flank * press - slope:
+    if d >= body.barrel - press and body.flank > 0:
+        out = math.inf
+    elif d < body.half_width + body.flank * press - slope:
         out = press
     elif body.flank > 0:
         y = (d + slope - body.half_width) / body.flank
@@ -56,6 +64,8 @@ def lower_boundary(body: NozzleBody, d: float) -> float:
             out = y
     if out > body.length + press:
         out = math.inf
+    if d < body.barrel - press:
+        out = min(out, body.barrel_from + press)
     if d < body.shoulder - press:
         out = min(out, body.length + press)
     return out

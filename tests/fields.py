@@ -151,10 +151,15 @@ def hard_core(body, far=1e4):
         floor = max(press, (slant - body.half_width) / body.flank)
     if body.flank > 0 or body.half_width > slant:
         low, high = (body.half_width + y * body.flank - slant for y in (floor, far))
-        parts.append(shapely.Polygon([(-low, floor), (low, floor), (high, far), (-high, far)]))
+        cone = shapely.Polygon([(-low, floor), (low, floor), (high, far), (-high, far)])
+        side = max(min(body.barrel, far) - press, 0.0)
+        parts.append(cone.intersection(shapely.box(-side, 0, side, far)) if side else shapely.Polygon())
     if np.isfinite(body.length) and body.shoulder > press:
         side = body.shoulder - press
         parts.append(shapely.box(-side, body.length + press, side, far))
+    if np.isfinite(body.barrel_from) and body.barrel > press:
+        side = body.barrel - press
+        parts.append(shapely.box(-side, body.barrel_from + press, side, far))
     return shapely.union_all(parts) if parts else None
 
 
@@ -187,13 +192,14 @@ def allowed_by(segments, downhill_deg):
 def random_body(random, scale):
     """A nozzle of any kind whose dimensions are about ``scale``, none of them round."""
     half, press = random.uniform(0.05, 1.2) * scale, random.choice([0.0, random.uniform(0.0, 0.5)]) * scale
-    flank = random.choice([0.0, random.uniform(0.05, 1.5)])
+    cone = random.choice([0.0, np.degrees(np.arctan(random.uniform(0.05, 1.5)))])
+    barrel = random.choice([0.0, half + random.uniform(0.0, 1.0) * scale])
     length, shoulder = np.inf, 0.0
     if random.random() < 0.4:
         length = random.uniform(0.2, 2.0) * scale
-        # As wide as the flanks are there, at least.
-        shoulder = half + flank * length + random.uniform(0.1, 2.0) * scale
-    return NozzleBody(half, flank, length, shoulder, press)
+        shoulder = random.choice([0.0, half + random.uniform(0.1, 4.0) * scale])
+    cone_mm = random.choice([0.0, 0.0, random.uniform(0.1, 1.5) * scale])
+    return NozzleBody.of(2 * half, cone, length, 2 * shoulder, press, 2 * barrel, cone_mm)
 
 
 def closure(below):

@@ -101,13 +101,17 @@ def draw_body(axes: "Axes", nozzle: Nozzle, tip_mm: tuple[float, float], **style
     """The outline of a nozzle with its tip at a place, to scale, as far up as the picture goes."""
     x, y = tip_mm
     top = max(axes.get_ylim()[1] - y, 0.0)
-    shoulder = nozzle.length_mm if nozzle.length_mm is not None and nozzle.shoulder_width_mm else np.inf
-    half, high = nozzle.tip_width_mm / 2, min(top, shoulder)
-    wide = half + high * np.tan(np.radians(nozzle.cone_deg))
-    right = [(half, 0.0), (wide, high)]
-    if shoulder < top:
-        beyond = max(nozzle.shoulder_width_mm / 2, wide)
-        right += [(beyond, high), (beyond, top)]
+    needle, *above = parts_of(nozzle)
+    lean = needle.sine / needle.cosine
+    high = min([top, *(part.floor for part in above)])
+    right = [(needle.half, 0.0)]
+    if lean > 0 and needle.half + high * lean > needle.widest:
+        right.append((needle.widest, (needle.widest - needle.half) / lean))
+    right.append((min(needle.half + high * lean, needle.widest), high))
+    for k, part in enumerate(above):
+        if part.floor < top:
+            end = above[k + 1].floor if k + 1 < len(above) else top
+            right += [(part.half, part.floor), (part.half, min(end, top))]
     outline = [(x + dx, y + dy) for dx, dy in right] + [(x - dx, y + dy) for dx, dy in reversed(right)]
     look: dict[str, object] = {"facecolor": BODY, "edgecolor": "0.2", "alpha": 0.45, "lw": 0.8, "zorder": 4}
     axes.add_patch(Polygon(outline, closed=True, **(look | style)))

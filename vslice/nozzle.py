@@ -24,6 +24,8 @@ def body_of(profile: Profile, spacing_mm: NDArray[np.float64]) -> NozzleBody:
         math.inf if nozzle.length_mm is None else nozzle.length_mm,
         nozzle.shoulder_width_mm,
         press_of(profile, spacing_mm),
+        nozzle.barrel_width_mm,
+        nozzle.cone_mm,
     )
 
 

@@ -14,6 +14,7 @@ from gcode.estimate import seconds_of
 from gcode.feeding import check_feeding
 from gcode.head import read_head
 from gcode.moves import Kind, Move
+from gcode.nozzle_body import parts_of
 from gcode.player.packing import counted, pack
 from gcode.player.support import support
 from gcode.strokes import motions, prime_strokes
@@ -277,17 +278,12 @@ def _facts(moves: Sequence[Move], profile: Profile) -> dict[str, Any]:
     }
 
 
-def nozzle_of(profile: Profile) -> dict[str, float | None] | None:
-    """The outline of the nozzle as the profile's [nozzle] has it; None where it is a point."""
-    nozzle = getattr(profile, "nozzle", None)
-    if nozzle is None or not nozzle.tip_width_mm > 0:
+def nozzle_of(profile: Profile) -> dict[str, Any] | None:
+    """The parts of the nozzle as ``gcode.nozzle_body`` has them; None where it is a point."""
+    parts = parts_of(profile.nozzle)
+    if not parts:
         return None
-    length = nozzle.length_mm
-    press = nozzle.press_mm
-    return {
-        "tip_mm": nozzle.tip_width_mm,
-        "cone_deg": nozzle.cone_deg,
-        "length_mm": None if length is None or math.isinf(length) else length,
-        "shoulder_mm": nozzle.shoulder_width_mm,
-        "press_mm": press,
-    }
+    told = [
+        {key: None if value == math.inf else value for key, value in part._asdict().items()} for part in parts
+    ]
+    return {"parts": told, "press_mm": profile.nozzle.press_mm}

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.cutting.hindering import hindering_part, hinders
+from slicer.cutting.hindering import ABOVE, hindering_part, hinders
 from slicer.kernels import inner_kernel, kernel
 from slicer.nozzle import NozzleBody
 
@@ -174,7 +174,7 @@ def _free_end(body: NozzleBody, rest: Remaining, b: int, side: int, room: Room) 
     free = 1.0
     for c in range(len(rest.alive)):
         if rest.alive[c] and c != b and rest.hinders[b, c]:
-            for part in range(3):
+            for part in range(ABOVE + 1):
                 low, high, _, _ = hindering_part(
                     body, rest.segments[b], rest.segments[c], part, room.polygons
                 )

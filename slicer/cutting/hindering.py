@@ -4,11 +4,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.nozzle import NozzleBody, stands_in_the_way
+from slicer.nozzle import (
+    Faces,
+    NozzleBody,
+    barrel_of,
+    face,
+    face_count,
+    needle_of,
+    shoulder_of,
+    stands_in_the_way,
+)
 
 SAME_X_MM = 1e-9
 """As ``precedence.EPS_MM``: two x that differ by no more count as the same."""
-NEEDLE, SHOULDER, ABOVE = range(3)
+NEEDLE, BARREL, SHOULDER, ABOVE = range(4)
 """What of a printed toolpath is in the way: see ``hindering_part``."""
 
 
@@ -57,12 +66,12 @@ def hindering_part(
 ) -> tuple[float, float, float, float]:
     """The points of b that hinder a point of c, and the points of c that they hinder, in parts of the length.
 
-    A point b(t) hinders the point c(s) where three linear functions of (t, s), the distances to the faces of
-    the needle or of the shoulder, are all above ``press``: the unit square of (t, s) is clipped by three half
+    A point b(t) hinders the point c(s) where some linear functions of (t, s), the distances to the faces of a
+    part of the body, are all above ``press``: the unit square of (t, s) is clipped by their half
     planes. What lies straight above c hinders it too.
 
     Args:
-        part: 0 for the needle, 1 for the shoulder, 2 for what lies straight above.
+        part: ``NEEDLE``, ``BARREL``, ``SHOULDER``, or ``ABOVE`` for what lies straight above.
         room: float64 (2, 12, 2), to clip in.
 
     Returns:
@@ -73,17 +82,18 @@ def hindering_part(
         if not lies_above(b, c):
             return low, high, first, last
         return _shared(b, c, 0), _shared(b, c, 1), _shared(c, b, 0), _shared(c, b, 1)
-    cosine = 1.0 / np.sqrt(1.0 + body.flank * body.flank)
-    shape = (0.0, cosine, body.flank * cosine, body.half_width * cosine)
-    if part == SHOULDER:
-        if body.length == np.inf:
-            return low, high, first, last
-        shape = (body.length, 1.0, 0.0, body.shoulder)
+    if (part == BARREL and body.barrel_from == np.inf) or (part == SHOULDER and body.length == np.inf):
+        return low, high, first, last
+    faces = needle_of(body)
+    if part == BARREL:
+        faces = barrel_of(body)
+    elif part == SHOULDER:
+        faces = shoulder_of(body)
     for k in range(4):
         room[0, k, 0], room[0, k, 1] = 1.0 if 0 < k < 3 else 0.0, 1.0 if k > 1 else 0.0
     size = 4
-    for face in range(3):
-        size = _clip(body.press, b, c, shape, face, size, room)
+    for number in range(face_count(faces)):
+        size = _clip(body.press, b, c, faces, number, size, room)
     for k in range(size):
         low, high = min(low, room[0, k, 0]), max(high, room[0, k, 0])
         first, last = min(first, room[0, k, 1]), max(last, room[0, k, 1])
@@ -109,8 +119,8 @@ def _clip(
     press: float,
     b: NDArray[np.float64],
     c: NDArray[np.float64],
-    shape: tuple[float, float, float, float],
-    face: int,
+    faces: Faces,
+    number: int,
     size: int,
     room: NDArray[np.float64],
 ) -> int:
@@ -120,8 +130,8 @@ def _clip(
         room[1, k, 0], room[1, k, 1] = room[0, k, 0], room[0, k, 1]
     for k in range(size):
         q = k + 1 if k + 1 < size else 0
-        here = _distance(b, c, shape, face, room[1, k, 0], room[1, k, 1]) - press
-        there = _distance(b, c, shape, face, room[1, q, 0], room[1, q, 1]) - press
+        here = _distance(b, c, faces, number, room[1, k, 0], room[1, k, 1]) - press
+        there = _distance(b, c, faces, number, room[1, q, 0], room[1, q, 1]) - press
         if here >= 0.0:
             room[0, kept, 0], room[0, kept, 1] = room[1, k, 0], room[1, k, 1]
             kept += 1
@@ -137,17 +147,14 @@ def _clip(
 def _distance(
     b: NDArray[np.float64],
     c: NDArray[np.float64],
-    shape: tuple[float, float, float, float],
-    face: int,
+    faces: Faces,
+    number: int,
     t: float,
     s: float,
 ) -> float:
-    floor, sx, sy, reach = shape
     x = b[0, 0] + t * (b[1, 0] - b[0, 0]) - c[0, 0] - s * (c[1, 0] - c[0, 0])
     y = b[0, 1] + t * (b[1, 1] - b[0, 1]) - c[0, 1] - s * (c[1, 1] - c[0, 1])
-    if face == 0:
-        return float(y - floor)
-    return float(reach + sy * y - (sx * x if face == 1 else -sx * x))
+    return face(faces, number, x, y)
 
 
 @kernel
@@ -164,10 +171,10 @@ def hindering(body: NozzleBody, segments: NDArray[np.float64]) -> NDArray[np.boo
 
 @kernel
 def hindering_parts(body: NozzleBody, b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
-    """float64 (3, 4): for needle, shoulder and what lies straight above, see ``hindering_part``."""
-    out = np.empty((3, 4))
+    """float64 (4, 4): for each part of the body and what lies straight above, see ``hindering_part``."""
+    out = np.empty((ABOVE + 1, 4))
     room = np.empty((2, 12, 2))
-    for part in range(3):
+    for part in range(ABOVE + 1):
         low, high, first, last = hindering_part(body, b, c, part, room)
         out[part, 0], out[part, 1], out[part, 2], out[part, 3] = low, high, first, last
     return out

@@ -15,6 +15,15 @@ BODIES = {
     "wide cone": Nozzle(tip_width_mm=1.0, cone_deg=60),
     "shoulder": Nozzle(tip_width_mm=0.5, length_mm=1.5, shoulder_width_mm=3.0),
     "cone and shoulder": Nozzle(tip_width_mm=0.5, cone_deg=10, length_mm=1.0, shoulder_width_mm=2.0),
+    "cone up to a barrel": Nozzle(tip_width_mm=0.5, cone_deg=60, barrel_width_mm=1.5),
+    "all of them": Nozzle(
+        tip_width_mm=0.4, cone_deg=50, length_mm=0.8, barrel_width_mm=1.6, shoulder_width_mm=2.4
+    ),
+    "cone under a collar": Nozzle(
+        tip_width_mm=0.4, cone_deg=45, cone_mm=0.3, length_mm=0.8, barrel_width_mm=1.2, shoulder_width_mm=2.4
+    ),
+    "cone that ends": Nozzle(tip_width_mm=0.4, cone_deg=45, cone_mm=0.3),
+    "cone that ends under a shoulder as wide": Nozzle(tip_width_mm=0.4, cone_deg=45, length_mm=0.5),
 }
 FAR = 100.0
 coordinate = st.integers(-40, 40).map(lambda k: k / 20)
@@ -25,11 +34,19 @@ def polygons(nozzle, press):
     """The parts of a body, every face moved inwards by ``press``: what nothing may enter."""
     lean = np.tan(np.radians(nozzle.cone_deg))
     half = nozzle.tip_width_mm / 2
-    outlines = [[(-half, 0), (half, 0), (half + FAR * lean, FAR), (-half - FAR * lean, FAR)]]
+    barrel = nozzle.barrel_width_mm / 2 or (FAR if not nozzle.cone_mm else half + nozzle.cone_mm * lean)
+    needle = shapely.Polygon([(-half, 0), (half, 0), (half + FAR * lean, FAR), (-half - FAR * lean, FAR)])
+    outlines = [needle.intersection(shapely.box(-barrel, 0, barrel, FAR))]
+    if nozzle.cone_mm:
+        outlines.append(shapely.box(-barrel, nozzle.cone_mm, barrel, FAR))
     if nozzle.length_mm is not None:
-        low, wide = nozzle.length_mm, nozzle.shoulder_width_mm / 2
-        outlines.append([(-wide, low), (wide, low), (wide, FAR), (-wide, FAR)])
-    return [shapely.Polygon(outline).buffer(-press, join_style="mitre") for outline in outlines]
+        low = nozzle.length_mm
+        # What the shoulder stands on is as wide as the needle's edge just below it.
+        level = shapely.LineString([(-FAR, low), (FAR, low)])
+        wide = max(nozzle.shoulder_width_mm / 2, shapely.union_all(outlines).intersection(level).bounds[2])
+        outlines[0] = outlines[0].intersection(shapely.box(-wide, 0, wide, FAR))
+        outlines.append(shapely.box(-wide, low, wide, FAR))
+    return [outline.buffer(-press, join_style="mitre") for outline in outlines]
 
 
 def differences(printed, path):

@@ -129,8 +129,10 @@ M84
 ; motion.valve_close_s = 0.05
 ; nozzle.name = "brass-0.4"
 ; nozzle.tip_width_mm = 0.0
-; nozzle.cone_deg = 60.6
+; nozzle.cone_deg = 45.0
+; nozzle.cone_mm = 2.0
 ; nozzle.length_mm = 5.0
+; nozzle.barrel_width_mm = 8.08
 ; nozzle.shoulder_width_mm = 23.0
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
@@ -152,4 +154,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:d052d8fabfc7267b173031be6b23b45c4a26c0fbfc79bc3f92e3a32aa8fee1e7
+; vslice profile end sha256:ba8291cc2c407abc8da671b1dfbea9118175c0474b8004304d9d78781b52a6e5

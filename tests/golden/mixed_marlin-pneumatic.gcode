@@ -182,7 +182,9 @@ M84
 ; nozzle.name = "22G-25.4"
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 0.0
+; nozzle.cone_mm = 0.0
 ; nozzle.length_mm = 25.4
+; nozzle.barrel_width_mm = 0.0
 ; nozzle.shoulder_width_mm = 8.0
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
@@ -204,4 +206,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:033448d2c7210bdeacbb8514dade3239dd19c7d38359d12596cff95700d62f5d
+; vslice profile end sha256:9db308f18e91bf8b321c6f77fedac90fcdfc4f92de96310cc6f24168e0daa306

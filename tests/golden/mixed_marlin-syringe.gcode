@@ -125,7 +125,9 @@ M84
 ; nozzle.name = "22G-25.4"
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 0.0
+; nozzle.cone_mm = 0.0
 ; nozzle.length_mm = 25.4
+; nozzle.barrel_width_mm = 0.0
 ; nozzle.shoulder_width_mm = 8.0
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
@@ -147,4 +149,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:03b1a764c916da4ae06bb6afe56ae7c7bf2722fd6f5ff8ba35cb499a7885ddba
+; vslice profile end sha256:06af209eed7ba767ab1d5547ec0e4e2ef97659d4ec11519c8bc5d13212875fdb

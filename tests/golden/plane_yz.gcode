@@ -94,8 +94,10 @@ M84
 ; motion.valve_close_s = 0.05
 ; nozzle.name = "brass-0.4"
 ; nozzle.tip_width_mm = 0.0
-; nozzle.cone_deg = 60.6
+; nozzle.cone_deg = 45.0
+; nozzle.cone_mm = 2.0
 ; nozzle.length_mm = 5.0
+; nozzle.barrel_width_mm = 8.08
 ; nozzle.shoulder_width_mm = 23.0
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
@@ -117,4 +119,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:8d86d3f068b2cd123d3a11318c1765efaf455adbcc5c73f98638e31bf9e1d158
+; vslice profile end sha256:3f738b3b9fd27a37840e909acc103d8fb0e0c940c7117643ea0fcb62bfb19505

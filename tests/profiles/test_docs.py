@@ -90,5 +90,13 @@ def test_the_defaults_are_those_of_marlin_generic_but_for_what_is_said():
         for key, value in values
         if value != getattr(getattr(generic, section), key)
     }
-    body = {"name", "tip_width_mm", "cone_deg", "length_mm", "shoulder_width_mm"}
+    body = {
+        "name",
+        "tip_width_mm",
+        "cone_deg",
+        "cone_mm",
+        "length_mm",
+        "barrel_width_mm",
+        "shoulder_width_mm",
+    }
     assert differing - {"description"} == {"prime_mm", "park_mm", "join_spacings"} | body

@@ -18,8 +18,10 @@ def test_needles_get_narrower_with_their_gauge_and_have_a_bore():
         assert 0 < nozzle.bore_mm < nozzle.tip_width_mm < nozzle.shoulder_width_mm
         assert nozzle.source
         assert nozzle.what
-        half = nozzle.tip_width_mm / 2 + 2.0 * math.tan(math.radians(nozzle.cone_deg))
-        assert half >= 4.04 or not nozzle.name.startswith("brass"), "a hexagon of 7 mm, 2 mm above the tip"
+        brass = nozzle.name.startswith("brass")
+        half = nozzle.tip_width_mm / 2 + nozzle.cone_mm * math.tan(math.radians(nozzle.cone_deg))
+        assert half == pytest.approx(2.5, abs=0.01) or not brass, "2 mm above the tip it is 5 mm wide"
+        assert (nozzle.cone_mm, nozzle.barrel_width_mm) == ((2.0, 8.08) if brass else (0.0, 0.0))
 
 
 @pytest.mark.parametrize("name", known_nozzles())
@@ -27,7 +29,7 @@ def test_a_profile_takes_every_nozzle(name):
     known = nozzle_called(name)
     nozzle = profiles.load("marlin-syringe", [*known.settings(), "nozzle.press_mm=0.07"]).nozzle
     assert (nozzle.name, nozzle.press_mm) == (name, 0.07)
-    for key in ("tip_width_mm", "cone_deg", "length_mm", "shoulder_width_mm"):
+    for key in ("tip_width_mm", "cone_deg", "cone_mm", "length_mm", "barrel_width_mm", "shoulder_width_mm"):
         assert getattr(nozzle, key) == getattr(known, key)
 
 

@@ -24,6 +24,8 @@ bodies = st.builds(
     length_mm=st.sampled_from([math.inf, 0.3, 1.0]),
     shoulder_width_mm=st.sampled_from([0.0, 0.5, 2.0]),
     press_mm=st.sampled_from([0.0, 0.03, 0.1, 0.5]),
+    barrel_width_mm=st.sampled_from([0.0, 0.0, 3.0, 4.0]),
+    cone_mm=st.sampled_from([0.0, 0.0, 0.2, 0.7]),
 )
 sheets = loose_segments(30) | segment_sets(max_n=40)
 
@@ -43,7 +45,14 @@ def hard_core(body, press):
                 press - body.shoulder, body.length + press, body.shoulder - press, FAR
             ).exterior.coords
         )
-    return shapely.union_all([shapely.Polygon(part) for part in parts])
+    cores = [shapely.Polygon(part) for part in parts]
+    if body.flank > 0 and cores:
+        side = max(min(body.barrel, FAR) - press, 0.0)
+        cores[0] = cores[0].intersection(shapely.box(-side, 0, side, FAR)) if side else shapely.Polygon()
+    if body.barrel_from < FAR and body.barrel > press:
+        side = body.barrel - press
+        cores.append(shapely.box(-side, body.barrel_from + press, side, FAR))
+    return shapely.union_all(cores)
 
 
 def differences(high, low):
@@ -198,3 +207,40 @@ def test_nothing_to_ask_or_nothing_there():
     assert [len(part) for part in hindered(line, none, body)] == [1, 0]
     assert hindering_edges(none, body).shape == (0, 2)
     assert hindering_edges(line, body).shape == (0, 2)
+
+
+def test_a_steep_toolpath_tells_what_its_neighbours_flank_does_not_reach():
+    steep, across, low = (
+        [[0.0, 0.0], [1.0, -4.0]],
+        [[-0.1, 0.8], [0.3, -0.8]],
+        [[1.2, -4.3], [1.4, -4.3]],
+    )
+    edges = hindering_edges([steep, across, low], NozzleBody.of(0.2, 45.0, barrel_width_mm=1.0))
+    # The flank of what passes across lies higher, but ends before the line along the first does.
+    assert [2, 0] in edges.tolist()
+
+
+def test_a_barrel_ends_the_flank():
+    low, high = [[0.0, 0.0], [1.0, 0.0]], [[1.5, 3.0], [2.5, 3.0]]
+    for barrel, found in ((0.0, [[1, 0]]), (1.2, [[1, 0]]), (0.8, [])):
+        body = NozzleBody.of(0.2, 30.0, barrel_width_mm=barrel)
+        assert hindering_edges([high, low], body).tolist() == found
+
+
+def test_a_shoulder_is_no_narrower_than_what_it_stands_on():
+    cone = NozzleBody.of(0.2, 45.0, 1.0, 0.5)
+    assert cone.shoulder == cone.barrel == pytest.approx(1.1)
+    assert NozzleBody.of(0.2, 45.0, 1.0, 0.5, barrel_width_mm=1.0).shoulder == 0.5
+    assert NozzleBody.of(0.2, 45.0, 1.0, 5.0).barrel == 2.5  # beyond, the shoulder holds the flank
+    assert NozzleBody.of(0.2, 45.0, barrel_width_mm=0.1).barrel == 0.1
+    collar = NozzleBody.of(0.2, 45.0, 5.0, 0.0, barrel_width_mm=6.0, cone_mm=1.0)
+    assert (collar.barrel, collar.barrel_from, collar.shoulder) == (3.0, 1.0, 3.0)
+    assert NozzleBody.of(0.2, 45.0, barrel_width_mm=1.0, cone_mm=1.0).barrel == pytest.approx(1.1)
+    assert NozzleBody.of(0.2, 45.0, 1.0, cone_mm=2.0).barrel_from == math.inf  # the shoulder comes first
+
+
+def test_a_barrel_begins_where_the_cone_is_said_to_end():
+    low, high = [[0.0, 0.0], [1.0, 0.0]], [[1.5, 3.0], [2.5, 3.0]]
+    for cone_mm, found in ((2.0, [[1, 0]]), (3.5, []), (0.0, [])):
+        body = NozzleBody.of(0.2, 1.0, barrel_width_mm=1.2, cone_mm=cone_mm)
+        assert hindering_edges([high, low], body).tolist() == found

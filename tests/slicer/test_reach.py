@@ -61,9 +61,7 @@ def test_it_is_the_greatest_over_all_points_of_the_toolpath(body, segment, x):
 @settings(max_examples=300, deadline=None)
 @given(body=bodies(), segment=toolpaths, x=st.floats(-4, 4), above=st.floats(0.001, 1.0))
 def test_above_it_nothing_presses_too_deep_and_below_it_something_does(body, segment, x, above):
-    """The depth knows nothing of the end of a flank that is longer than the nozzle."""
     assume(float(np.hypot(*(segment[1] - segment[0]))) > 0.01)  # no toolpath is a point
-    body = body if body.flank == 0 else NozzleBody(*body[:2], math.inf, *body[3:])
     y = _highest(_reach(body, FLOOR, segment), x)
     if math.isfinite(y):
         tip = np.array([[x, y - above], [x, y - above]])
@@ -81,11 +79,15 @@ def test_above_it_nothing_presses_too_deep_and_below_it_something_does(body, seg
         (NozzleBody.of(0.0, 0.0, 1.0, 4.0), [[-2, -1, -1, 1], [-1, 1, 3, 1]]),
         (
             NozzleBody.of(2.0, 45.0, 1.0),  # steeper than its flank: first along it, then up the flank
-            [[-2, -1, -1, 1], [-1, 1, 0, 2], [0, 2, 2, 2], [2, 2, 3, 1]],
+            [[-2, -1, -1, 1], [-1, 1, 0, 2], [0, 2, 2, 2], [2, 2, 3, 1], [-2, -1, -1, 1], [-1, 1, 3, 1]],
+        ),
+        (
+            NozzleBody.of(2.0, 45.0, barrel_width_mm=3.0),
+            [[-1.5, -0.5, -0.5, 1.5], [-0.5, 1.5, 0, 2], [0, 2, 2, 2], [2, 2, 2.5, 1.5]],
         ),
         (NozzleBody.of(0.2, press_mm=0.3), []),
     ],
-    ids=["blunt", "pressed", "shoulder", "cone", "pressed away"],
+    ids=["blunt", "pressed", "shoulder", "cone", "barrel", "pressed away"],
 )
 def test_lines(body, expected):
     got = _reach(body, FLOOR, np.array([[1.0, 2.0], [0.0, 0.0]]))

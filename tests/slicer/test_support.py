@@ -48,6 +48,16 @@ def test_the_first_above_the_bed_is_a_bridge_where_nothing_is_under_it():
     lines[1, :, 1] = 0.15
     found = hanging(lines, np.full(3, 0.1))
     assert found.bridge_mm == pytest.approx([0, 1, 0.6], abs=1e-6)
+    assert found.pieces == pytest.approx(lines[1:], abs=1e-6)
+
+
+def test_the_pieces_are_what_hangs():
+    toolpaths = hatch(random_walk(2, 2, seed=3)).segments[::-1]
+    found = hanging(toolpaths, np.full(len(toolpaths), 0.05))
+    assert np.hypot(*(found.pieces[:, 1] - found.pieces[:, 0]).T).sum() == pytest.approx(
+        found.length_mm.sum(), abs=0.001 * len(toolpaths)
+    )
+    assert len(found.pieces) > 5
 
 
 def test_nothing_hangs_in_an_empty_print():

@@ -9,6 +9,9 @@ INSTANCE = '{"segments": [[[0, 0], [1, 0]], [[0, 1], [1, 1]]], "first": null}'
 
 NOTHING = [
     (["preview", "part.gcode", "--show", "toolpaths"], "--show has no effect on a program"),
+    (["preview", "sheet.json", "--hanging"], "--hanging has no effect on a grid"),
+    (["send", "part.gcode", "--nozzle", "25G", "--no-check"], "--nozzle with --no-check"),
+    (["send", "part.gcode", "--nozzle", "25G", "--resume"], "--nozzle with --resume"),
     (["preview", "sheet.json", "--color", "order"], "--color has no effect on a grid"),
     (["preview", "sheet.json", "-p", "marlin-syringe"], "--profile has no effect on a grid"),
     (

@@ -3,9 +3,13 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import profiles
+from gcode.nozzle_body import depths, parts_of
+from profiles.profile import Nozzle
+from slicer.nozzle import press_depths
 from vslice.nozzle import body_of
 
 GRID = '{"tile_mm": 2.0, "spacing_mm": 0.4, "angles_deg": [[-30, 20], [10, -40]]}'
@@ -107,8 +111,31 @@ def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
 def test_the_planner_gets_the_body_of_the_profile():
     profile = profiles.load("paper", ["nozzle.length_mm=4", "nozzle.tip_width_mm=0.6", "nozzle.cone_deg=45"])
     body = body_of(profile, [0.3, 0.2])
-    assert body == pytest.approx((0.3, 1.0, 4.0, 0.0, 0.1))
+    assert body == pytest.approx((0.3, 1.0, 4.0, 4.3, 0.1, 4.3, np.inf))
+    hexagon = body_of(profiles.load("marlin-generic"), [0.3, 0.2])
+    assert hexagon == pytest.approx((0.5, 1.0, 5.0, 11.5, 0.1, 4.04, 2.0))
     assert body_of(profiles.load("paper"), [0.2]).is_point
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_planner_and_check_know_the_same_body(seed):
+    random = np.random.default_rng(seed)
+    sizes = {
+        "tip_width_mm": [0.2, 0.5, 1.0],
+        "cone_deg": [0.0, 5.0, 30.0, 60.0],
+        "cone_mm": [0.0, 0.2, 0.6],
+        "barrel_width_mm": [0.0, 0.3, 0.8, 2.0],
+        "shoulder_width_mm": [0.0, 0.5, 2.0, 4.0],
+    }
+    chosen = {key: float(random.choice(values)) for key, values in sizes.items()}
+    nozzle = Nozzle(**chosen, length_mm=[0.4, 1.0, None][seed % 3], press_mm=0.05)
+    lines = random.uniform(-1, 1, (60, 2, 2))
+    lines[::3, 1, 0] = lines[::3, 0, 0]
+    printed, path = np.arange(0, 60, 2), np.arange(1, 60, 2)
+    body = body_of(profiles.load("paper").model_copy(update={"nozzle": nozzle}), np.array([0.1]))
+    planned = press_depths(body, lines, printed, path)
+    seen = depths(parts_of(nozzle), lines[printed].reshape(-1, 4), lines[path].reshape(-1, 4)).depth
+    assert np.maximum(planned, 0) == pytest.approx(np.maximum(seen, 0), abs=1e-9)
 
 
 def test_nozzles_are_compared_and_the_widest_is_found(run):

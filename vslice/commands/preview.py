@@ -55,6 +55,11 @@ MOST = 5  # gaps that are shown one by one
     help="Of a grid: the toolpaths that stand in the nozzle's way in a ring, and the worst pair.",
 )
 @click.option(
+    "--hanging",
+    is_flag=True,
+    help="Of a program: what is laid with nothing under or beside it, farther than a bead's height.",
+)
+@click.option(
     "--color",
     type=click.Choice(["kind", "order"]),
     default="kind",
@@ -76,6 +81,7 @@ def command(
     out: Path | None,
     show: str,
     conflicts: bool,
+    hanging: bool,
     color: str,
     arrows: bool,
     dpi: int,
@@ -98,7 +104,7 @@ def command(
     moving = target.suffix.lower() in (".gif", ".mp4")
     file_format = target.suffix.lstrip(".").lower() if moving else picture_format(target)
     if moving:
-        no_effect(f"a moving picture, {target.suffix}", "color", "arrows", "dpi")
+        no_effect(f"a moving picture, {target.suffix}", "color", "arrows", "hanging", "dpi")
         if file_format == "mp4" and shutil.which("ffmpeg") is None:
             raise InputError(f"{target}: ffmpeg, which writes MP4, is not installed here; name a .gif.")
     elif file_format != "png":
@@ -106,13 +112,15 @@ def command(
     data = sys.stdin.buffer.read(MAX_BYTES + 1) if given else b""
     is_grid = begins_as_grid(data) if given else _is_grid(file)
     if is_grid:
-        no_effect("a grid", "color", "arrows")
+        no_effect("a grid", "color", "arrows", "hanging")
         if moving:
             raise InputError(f"{target}: a grid has no order that could be played; slice it first.")
     else:
         no_effect("a program", "show", "conflicts")
     if not conflicts:
-        no_effect("a grid" if is_grid else "a program", "nozzle_name", "overrides")
+        no_effect("a grid" if is_grid else "a program", "nozzle_name")
+        if not hanging:
+            no_effect("a grid" if is_grid else "a program", "overrides")
     if is_grid and conflicts:
         no_effect("a picture of conflicts", "show")
     elif is_grid:
@@ -143,10 +151,14 @@ def command(
         from vslice.machine import read_program
 
         source = load_stream(BytesIO(data), "standard input") if given else file
-        moves, _, profile = read_program(source, profile_name, ())
+        moves, _, profile = read_program(source, profile_name, overrides)
         drawing = preview.Drawing.of_moves(moves, profile)
         if len(drawing.toolpaths) == 0:
             raise InputError(f"{file}: nothing is extruded in it. Is the profile (-p) the right one?")
+        if hanging:
+            from gcode.hanging import with_hanging
+
+            drawing = with_hanging(drawing, moves, profile.material)
         _say_gaps(preview.not_drawn(moves, profile))
         figure = preview.draw_sequence(
             drawing,

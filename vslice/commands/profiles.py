@@ -44,7 +44,7 @@ def nozzles(sources: bool) -> None:
     """List the nozzles that --nozzle knows, with their dimensions in mm."""
     from profiles.nozzles import known_nozzles
 
-    heads = ("nozzle", "bore", "tip width", "cone", "length", "shoulder", "what it is")
+    heads = ("nozzle", "bore", "tip width", "cone", "up to", "length", "barrel", "shoulder", "what it is")
     rows: list[tuple[str, ...]] = [heads]
     notes: dict[tuple[str, str], list[str]] = {}
     for nozzle in known_nozzles().values():
@@ -52,7 +52,9 @@ def nozzles(sources: bool) -> None:
             nozzle.bore_mm,
             nozzle.tip_width_mm,
             nozzle.cone_deg,
+            nozzle.cone_mm,
             nozzle.length_mm,
+            nozzle.barrel_width_mm,
             nozzle.shoulder_width_mm,
         )
         rows.append((nozzle.name, *(f"{size:g}" for size in sizes), nozzle.what))

@@ -107,6 +107,9 @@ def command(
             "--restart with --resume": restart and resume,
             "--restart with --dry-run": restart and dry_run,
             "--no-check with --resume, which checks nothing": no_check and resume,
+            "--nozzle with --no-check, since the check alone looks at it,": nozzle_name is not None
+            and no_check,
+            "--nozzle with --resume, which checks nothing": nozzle_name is not None and resume,
         }
     )
     if program_file is not None:

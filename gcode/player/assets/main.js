@@ -6,7 +6,7 @@ const $ = (selector) => document.querySelector(selector);
 class Player {
   constructor(told) {
     this.told = told;
-    this.nozzle = { halfWidth, hindering };
+    this.nozzle = { halfWidth, hindering, outline, depthInside };
     this.options = { colour: "order", travels: true, ghosts: true, next: false, labels: true, nozzle: true, hanging: false, faults: true, plain: location.hash.includes("plain"), webgl: location.hash.includes("webgl") };
     this.time = 0; this.playing = false; this.speed = 1; this.by = "time";
     this.frames = 0; this.dirty = true; this.told_at = 0;

@@ -1,28 +1,43 @@
 // The nozzle's body in the plane of the sheet, and what of the print pushes into it.
 
+// It consists of parts, as `gcode.nozzle_body.Faces` has them: each a bottom at `floor` above the tip, `half` as wide
+// there, and sides that lean outwards until they are `widest` apart (null: without end) by half.
+
 // Half its width at a height above the tip, in mm.
 function halfWidth(nozzle, above) {
-  if (nozzle.length_mm !== null && above > nozzle.length_mm) return nozzle.shoulder_mm / 2;
-  return nozzle.tip_mm / 2 + above * Math.tan(nozzle.cone_deg * Math.PI / 180);
+  let half = 0;
+  for (const part of nozzle.parts) {
+    if (above < part.floor) continue;
+    half = Math.max(half, Math.min(part.half + (above - part.floor) * part.sine / part.cosine, part.widest ?? Infinity));
+  }
+  return half;
 }
 
 // Its outline from the tip at (0, 0), up to `top` mm: points on its right side, from below.
 function outline(nozzle, top) {
-  const right = [[nozzle.tip_mm / 2, 0]];
-  const reach = nozzle.length_mm === null ? top : Math.min(nozzle.length_mm, top);
-  right.push([nozzle.tip_mm / 2 + reach * Math.tan(nozzle.cone_deg * Math.PI / 180), reach]);
-  if (nozzle.length_mm !== null && top > nozzle.length_mm) {
-    right.push([nozzle.shoulder_mm / 2, nozzle.length_mm], [nozzle.shoulder_mm / 2, top]);
+  const heights = [0, top];
+  for (const { floor, half, sine, cosine, widest } of nozzle.parts) {
+    heights.push(floor);
+    if (sine > 0 && widest !== null) heights.push(floor + (widest - half) * cosine / sine);
+  }
+  const right = [];
+  for (const height of heights.filter((one) => one <= top).sort((a, b) => a - b)) {
+    // Where a part begins there are two widths: below and above.
+    if (height > 0) right.push([halfWidth(nozzle, height - 1e-9), height]);
+    right.push([halfWidth(nozzle, height), height]);
   }
   return right;
 }
 
 // How deep a point at (dx, dy) from the tip is inside the body: its distance to the nearest face; 0 outside.
 function depthInside(nozzle, dx, dy) {
-  const angle = nozzle.cone_deg * Math.PI / 180;
-  let depth = Math.min(dy, (nozzle.tip_mm / 2 + dy * Math.tan(angle) - Math.abs(dx)) * Math.cos(angle));
-  if (nozzle.length_mm !== null) depth = Math.max(depth, Math.min(dy - nozzle.length_mm, nozzle.shoulder_mm / 2 - Math.abs(dx)));
-  return Math.max(0, depth);
+  let depth = 0;
+  const out = Math.abs(dx);
+  for (const { floor, half, sine, cosine, widest } of nozzle.parts) {
+    const sides = Math.min((half - out) * cosine + dy * sine, (widest ?? Infinity) - out);
+    depth = Math.max(depth, Math.min(dy - floor, sides));
+  }
+  return depth;
 }
 
 // Toolpaths in upright strips, to find those near a place without asking all.
@@ -74,7 +89,7 @@ function hindering(nozzle, strips, x, y, done) {
   const found = { depth: 0, toolpaths: [] };
   const top = strips.track.box[3] - y;
   if (!nozzle || top <= 0) return found;
-  const reach = Math.max(halfWidth(nozzle, nozzle.length_mm === null ? top : Math.min(top, nozzle.length_mm)), nozzle.shoulder_mm / 2);
+  const reach = halfWidth(nozzle, top);
   strips.near([x - reach, y, x + reach, y + top], done, (k, x0, y0, x1, y1) => {
     let depth = 0;
     const pieces = 8; // the deepest point of a straight line in a convex body is near one of these

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.states.blocks import cover
-from slicer.sequence.states.downsets import DownSets, down_sets
+from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.joint_states import joint_states
 from slicer.sequence.states.section import Section
 
@@ -21,6 +21,8 @@ MOST_ARCS = 200_000_000
 """Whatever the effort, the bound looks at no more travels; this takes about 1.5 GB."""
 MOST_TRAVELS = 40_000_000
 """Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each."""
+MOST_SETS = 20_000
+"""Down-sets of a column of which all are looked at, however few of them go together with others."""
 MOST_DENSE = 100_000_000
 """Pairs of down-sets that are tabulated at all, at one byte each and four for a while."""
 
@@ -56,9 +58,9 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
     """
     most_arcs = min(most_arcs, MOST_ARCS)
     size = np.bincount(section.column).astype(np.int64)
-    if int(((2 * (size[:-1] + size[1:])) ** 2).sum()) > MOST_TRAVELS:
+    if not _tabulated(size):
         return None
-    bounds = np.arange(section.columns, dtype=np.int32) if section.columns > 1 else np.zeros(2, np.int32)
+    bounds = _pairs_of(section)
     limit = max(int(np.sqrt(most_arcs / max(1, section.columns - 1))), 2 * int(size.max()))
     while True:
         sets = down_sets(section, limit, guide)
@@ -92,6 +94,30 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
             ]
             return Corridor(sets, bounds, allowed, False)
     return None
+
+
+def complete_corridor(section: Section, most_arcs: int) -> Corridor | None:
+    """All states of a section, if there are so few; see ``widest_corridor``."""
+    if not _tabulated(np.bincount(section.column).astype(np.int64)):
+        return None
+    sets = all_down_sets(section, MOST_SETS)
+    if sets is None:
+        return None
+    bounds = _pairs_of(section)
+    states, arcs = extent(sets, bounds)
+    if states > MOST_DENSE or arcs * _closed_share(section, sets, bounds) > min(most_arcs, MOST_ARCS):
+        return None
+    return Corridor(sets, cover(sets, MERGED_STATES), None, True)
+
+
+def _tabulated(size: NDArray[np.int64]) -> bool:
+    """Whether columns with so many toolpaths are small enough for the travels between neighbours."""
+    return int(((2 * (size[:-1] + size[1:])) ** 2).sum()) <= MOST_TRAVELS
+
+
+def _pairs_of(section: Section) -> NDArray[np.int32]:
+    """The bounds of blocks of two columns; of one where there is but one."""
+    return np.arange(section.columns, dtype=np.int32) if section.columns > 1 else np.zeros(2, np.int32)
 
 
 def _closed_share(section: Section, sets: DownSets, bounds: NDArray[np.int32]) -> float:

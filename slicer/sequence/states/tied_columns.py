@@ -11,17 +11,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.corridor import Corridor, widest_corridor
+from slicer.sequence.states.corridor import Corridor, complete_corridor, widest_corridor
 from slicer.sequence.states.downsets import all_down_sets
 from slicer.sequence.states.section import Section
 
 MOST_DOWN_SETS = 500
 """Columns are joined while there are no more of the whole."""
-WIDEST_FIRST = (4_000, 2_000, 1_000, MOST_DOWN_SETS)
+WIDEST_FIRST = (16_000, 8_000, 4_000, 2_000, 1_000, MOST_DOWN_SETS)
 """The same where few wide columns may be held: the wider, the tighter the bound.
 
-Of dti_small_101D_sagittal_10x10, cut for a tip that reaches one spacing to either side, it comes to 332 mm
-with 4000, and to 312, 294 and 284 mm with the others, under a sequence of 354.
+Of dti_small_101D_sagittal_10x10, cut for a tip that reaches one spacing to either side, it comes to 338 mm
+with 16000, to 335 with 8000, and to 333, 312, 294 and 284 mm with the others, under a sequence of 355.
 """
 MOST_TOOLPATHS = 1_200_000
 """A joined column has no more toolpaths than this over the number of all: travels inside it are tabulated."""
@@ -54,15 +54,15 @@ def widest_joined_corridor(
     """
     if len(section.ties) == 0:
         return section, widest_corridor(section, guide, most_arcs)
-    joined, corridor = section, None
+    joined = section
     for most_down_sets in WIDEST_FIRST:
-        before, joined = joined.columns, join_tied_columns(section, most_down_sets)
-        if joined.columns == before and corridor is not None:
+        before, joined = joined.column, join_tied_columns(section, most_down_sets)
+        if np.array_equal(joined.column, before):
             continue
-        corridor = widest_corridor(joined, guide, most_arcs)
-        if corridor is not None and corridor.complete:
-            break
-    return joined, corridor
+        corridor = complete_corridor(joined, most_arcs)
+        if corridor is not None:
+            return joined, corridor
+    return joined, widest_corridor(joined, guide, most_arcs)
 
 
 def _groups(section: Section, ties: NDArray[np.int32], most_down_sets: int) -> NDArray[np.int32]:

@@ -2,16 +2,26 @@
 
 import numpy as np
 import pytest
+import shapely
 from browsing import figure, inked, settle, showing, until
 from making import make_lines, read_lines
 
 import profiles
+from gcode.nozzle_body import parts_of
 from gcode.player import Track, page, track_of
 from gcode.player.track import TOOLPATH, TRAVEL
 
 BODY = [
     f"nozzle.{name}"
-    for name in ["tip_width_mm=0.8", "cone_deg=20", "length_mm=4", "shoulder_width_mm=6", "press_mm=0.1"]
+    for name in [
+        "tip_width_mm=0.8",
+        "cone_deg=20",
+        "length_mm=4",
+        "shoulder_width_mm=6",
+        "press_mm=0.1",
+        "cone_mm=0",
+        "barrel_width_mm=0",
+    ]
 ]
 
 
@@ -32,6 +42,31 @@ def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(shown, mark):
         full = inked(opened, rgb=[144, 215, 67])
         opened.evaluate("player.seek(0)")
         assert inked(opened, rgb=[144, 215, 67]) < full / 10
+
+
+@pytest.mark.parametrize("settings", [[], BODY, ["nozzle.length_mm=1", "nozzle.shoulder_width_mm=3"]])
+def test_the_page_has_the_body_that_the_check_has(shown, sheet, settings):
+    """The shipped machine's, with cone, barrel and block, is one of them."""
+    machine = profiles.load("marlin-generic", settings)
+    track = track_of(read_lines(make_lines(sheet)), machine, name="body.gcode")
+    random = np.random.default_rng(4)
+    x, y = random.uniform(-12, 12, 300), random.uniform(0, 12, 300)
+    parts = parts_of(machine.nozzle)
+    wanted = np.maximum(np.max([part.depth(x, y) for part in parts], axis=0), 0)
+    assert (wanted > 0.5).sum() > 20
+    with shown(track) as opened:
+        depth, outline = opened.evaluate(
+            """([x, y]) => { const { depthInside, outline } = player.nozzle, body = player.panes[0].nozzle;
+              return [x.map((dx, k) => depthInside(body, dx, y[k])), outline(body, 12)]; }""",
+            [x.tolist(), y.tolist()],
+        )
+    np.testing.assert_allclose(depth, wanted, atol=1e-9)
+    drawn = np.array(outline)
+    assert (np.diff(drawn, axis=0) >= -1e-6).all()
+    body = shapely.Polygon([*drawn, *(drawn[::-1] * [-1, 1])])
+    inside = shapely.contains_xy(body, x, y)
+    np.testing.assert_array_equal(inside[np.abs(wanted) > 1e-6], wanted[np.abs(wanted) > 1e-6] > 0)
+    assert not inside[wanted == 0].any()
 
 
 def test_the_nozzle_is_drawn_to_scale_and_what_pushes_into_it_is_told(shown, sheet):

@@ -13,7 +13,7 @@ from shapely.geometry import LineString, MultiPoint, Polygon
 from slicer import precedence
 from slicer.cutting import cut, press
 from slicer.cutting.fewest import fewest_of_pair
-from slicer.cutting.hindering import hindering, hindering_parts
+from slicer.cutting.hindering import BARREL, NEEDLE, SHOULDER, hindering, hindering_parts
 from slicer.cycles import in_cycles
 from slicer.errors import SlicerError
 from slicer.hatch import hatch
@@ -156,6 +156,8 @@ def test_the_part_that_hinders_is_that_of_the_minkowski_sum(seed):
         random.uniform(0.2, 1),
         random.uniform(1, 3),
         0.05,
+        random.choice([0.0, 2.0]),
+        random.choice([0.0, 0.1]),
     )
     p, cosine = body.press, 1 / np.hypot(1, body.flank)
     low = max(p, (p / cosine - body.half_width) / body.flank if body.flank else p)
@@ -163,15 +165,23 @@ def test_the_part_that_hinders_is_that_of_the_minkowski_sum(seed):
     cores = []
     if at[1] > 0:
         cores.append([(-at[0], low), (at[0], low), (at[1], FAR), (-at[1], FAR)])
-    if body.shoulder > p:
-        floor, wide = body.length + p, body.shoulder - p
-        cores.append([(-wide, floor), (wide, floor), (wide, FAR), (-wide, FAR)])
+    which = [NEEDLE] * len(cores)
+    for part, floor, half in (
+        (BARREL, body.barrel_from, body.barrel),
+        (SHOULDER, body.length, body.shoulder),
+    ):
+        if floor < FAR and half > p:
+            floor, wide = floor + p, half - p
+            cores.append([(-wide, floor), (wide, floor), (wide, FAR), (-wide, FAR)])
+            which.append(part)
     parts = hindering_parts(body, b, c)
-    for part, core in enumerate(cores):
+    for part, core in zip(which, cores, strict=True):
         # b(t) hinders c where b(t) - c(s) lies in the core: b meets c + core.
+        side = body.barrel - p if part == NEEDLE and body.flank else FAR
+        core = Polygon(core).intersection(shapely.box(-side, 0, side, FAR)).exterior.coords
         room = MultiPoint([np.add(q, end) for q in core for end in c]).convex_hull
         meets = LineString(b).intersection(Polygon(room))
-        first, last, _, _ = parts[part if part == 0 or body.half_width else 1]
+        first, last, _, _ = parts[part]
         if meets.is_empty:
             assert last - first < 1e-9
         else:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from searching import searched
 
 from slicer import grid
+from slicer.cutting import cut
 from slicer.errors import CycleError, SequenceError
 from slicer.hatch import hatch
 from slicer.nozzle import NozzleBody
@@ -32,7 +33,7 @@ from slicer.sequence.states.corridor import widest_corridor
 from slicer.sequence.states.downsets import all_down_sets, down_sets
 from slicer.sequence.states.joint_states import joint_states, out_of_reach
 from slicer.sequence.states.section import Section
-from slicer.sequence.states.tied_columns import join_tied_columns
+from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
 
 STRAIGHT = Objective()
 TIME = Objective("time", 0.2, (30.0, 50.0, 5.0), (500.0, 500.0, 50.0), fixed_s=0.05, fixed_from_mm=0.3)
@@ -291,6 +292,19 @@ def test_the_proof_of_a_sheet_whose_columns_are_tied():
     result = solve(Problem.build(muscle, body=NozzleBody.of(0.2, press_mm=0.05)))
     assert result.proved
     assert result.travel_mm == pytest.approx(83.80900059)
+
+
+@pytest.mark.parametrize(("most_arcs", "widest"), [(150e6, 8347), (100e6, 5613), (50e6, 2971)])
+def test_tied_columns_are_joined_as_far_as_all_states_can_be_held(most_arcs, widest):
+    # The first two are as many columns, differently joined.
+    brain = Path(__file__).parents[2] / "data" / "tissue" / "dti_small_101D_sagittal_10x10.json"
+    body = NozzleBody.of(0.2, press_mm=0.05)
+    problem = Problem.build(cut(hatch(grid.read(brain)).segments, body).segments, body=body)
+    section = Section.whole(problem, STRAIGHT)
+    joined, corridor = widest_joined_corridor(section, np.empty(0, np.int32), int(most_arcs))
+    assert corridor.complete
+    assert corridor.sets.counts.max() == widest
+    assert joined.columns == (6 if widest == 2971 else 5)
 
 
 STEPS = np.array([[[0.8, 5.0], [0.9, 5.0]], [[1.0, 0.0], [1.1, 0.0]], [[2.4, 4.9], [2.5, 4.9]]])
