@@ -48,6 +48,7 @@ class BlockCosts(NamedTuple):
         cross: float64 (b,), for passing over a block without touching it.
         pair_start: int64 (c + 1,); the multipliers of travels inside column c are a square matrix
             [from, to] from pair_start[c] on, empty where the column is no seam.
+        visits: the first multiplier of a visit, one for each of a block's toolpaths; ``size`` where none are.
         size: how many multipliers there are.
     """
 
@@ -58,6 +59,7 @@ class BlockCosts(NamedTuple):
     price_sign: NDArray[np.float64]
     cross: NDArray[np.float64]
     pair_start: NDArray[np.int64]
+    visits: int
     size: int
 
 
@@ -75,8 +77,16 @@ class Seams(NamedTuple):
     rate: float
 
 
-def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[np.float64]]:
-    """Measure all travels inside blocks, and give the multipliers that the ascent begins with."""
+def block_costs(
+    section: Section, blocks: Blocks, *, visits: bool = False
+) -> tuple[BlockCosts, NDArray[np.float64]]:
+    """Measure all travels inside blocks, and give the multipliers that the ascent begins with.
+
+    Args:
+        section: what is ordered.
+        blocks: its blocks.
+        visits: whether walks may print a toolpath twice or not at all, so that visits have multipliers.
+    """
     bounds = blocks.bounds
     inner = np.zeros(section.columns, np.bool_)
     inner[bounds[1:-1]] = True
@@ -102,8 +112,11 @@ def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[n
         arc_start,
         pair_start[-1],
     )
-    multipliers = np.concatenate([np.zeros(pair_start[-1]), prices])
-    out = BlockCosts(arc_start, direct, ways, price_at, price_sign, cross, pair_start, len(multipliers))
+    multipliers = np.concatenate([np.zeros(pair_start[-1]), prices, np.zeros(len(blocks.path) * visits)])
+    first_visit = int(pair_start[-1]) + len(prices)
+    out = BlockCosts(
+        arc_start, direct, ways, price_at, price_sign, cross, pair_start, first_visit, len(multipliers)
+    )
     return out, multipliers
 
 
@@ -188,7 +201,7 @@ def apply_multipliers(
             ways[way, at] = block_costs.ways[way, at]
             if block_costs.price_at[way, at] >= 0:
                 ways[way, at] += block_costs.price_sign[way, at] * multipliers[block_costs.price_at[way, at]]
-    prices = multipliers[block_costs.pair_start[-1] :].reshape(4, -1)
+    prices = multipliers[block_costs.pair_start[-1] : block_costs.visits].reshape(4, -1)
     for k in range(count):
         low, high = 2 * blocks.path_start[k], 2 * blocks.path_start[k + 1]
         left, right = blocks.bounds[k], blocks.bounds[k + 1]

@@ -6,6 +6,7 @@ from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
 from slicer.sequence.states.corridor import extent
+from slicer.sequence.states.counted_sets import COUNTED, counted_sets, never_follows
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
 from slicer.sequence.states.joint_states import (
@@ -21,6 +22,7 @@ from slicer.sequence.states.section import NONE, Section, extents
 from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
 
 __all__ = [
+    "COUNTED",
     "NONE",
     "OUTSIDE",
     "Blocks",
@@ -31,6 +33,7 @@ __all__ = [
     "Skylines",
     "all_down_sets",
     "connect",
+    "counted_sets",
     "cover",
     "down_sets",
     "extent",
@@ -41,6 +44,7 @@ __all__ = [
     "needed",
     "needs",
     "needs_printed",
+    "never_follows",
     "out_of_reach",
     "sets_of_states",
     "skylines",
