@@ -1,6 +1,6 @@
 """Multipliers that let walks through relaxed states print every toolpath once.
 
-Where states are counts (``states.counted_sets``), the cheapest walk of a block may print one toolpath twice and
+Where states are counts (``states.group_counts``), the cheapest walk of a block may print one toolpath twice and
 another one not at all. Each visit of a toolpath in a block then costs a multiplier more, and the multipliers of
 all toolpaths are taken off again: nothing for a sequence, which prints each once (Lagrangian relaxation). There
 are none where states are down-sets.

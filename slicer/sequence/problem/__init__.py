@@ -3,6 +3,7 @@ that a method is given, when it stops, and its random numbers.
 """
 
 from slicer.sequence.problem.checks import real_number, whole_number
+from slicer.sequence.problem.comparability import realizer
 from slicer.sequence.problem.directions import directed, start_of
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
 from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName, unit_of
@@ -47,6 +48,7 @@ __all__ = [
     "leg_cost",
     "neighbours",
     "real_number",
+    "realizer",
     "scrambled",
     "skyline_cost",
     "start_of",

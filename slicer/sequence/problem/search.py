@@ -144,6 +144,11 @@ class Search:
         """Whether nothing is cheaper than the best so far."""
         return self.started and self.lower_bound >= self.cost
 
+    @property
+    def serves_another(self) -> bool:
+        """Whether it was made by another search, for sequences that may be good ones there, see ``surrogate``."""
+        return self._goal is not None
+
     # --- what may be spent, and chance
 
     def should_stop(self) -> bool:

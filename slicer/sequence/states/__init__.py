@@ -6,7 +6,7 @@ from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
 from slicer.sequence.states.corridor import extent
-from slicer.sequence.states.counted_sets import COUNTED, counted_sets, never_follows
+from slicer.sequence.states.group_counts import COUNTED, never_follows
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
 from slicer.sequence.states.joint_states import (
@@ -18,6 +18,7 @@ from slicer.sequence.states.joint_states import (
     needs_printed,
     out_of_reach,
 )
+from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.section import NONE, Section, extents
 from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
 
@@ -33,7 +34,6 @@ __all__ = [
     "Skylines",
     "all_down_sets",
     "connect",
-    "counted_sets",
     "cover",
     "down_sets",
     "extent",
@@ -46,6 +46,7 @@ __all__ = [
     "needs_printed",
     "never_follows",
     "out_of_reach",
+    "relaxed_sets",
     "sets_of_states",
     "skylines",
     "widest_joined_corridor",

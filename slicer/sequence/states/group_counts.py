@@ -9,50 +9,42 @@ states, but a walk may print one toolpath of a group twice and leave out another
 have no use for them. Where every group is one toolpath, or one on top of the other, they are the down-sets.
 """
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.downsets import UNLIMITED, DownSets, all_down_sets
+from slicer.sequence.states.downsets import DownSets, all_down_sets
 from slicer.sequence.states.section import NONE, Section
 
 COUNTED = -1
 """``DownSets.corridor`` of a column whose states are counts."""
-RUNS = (2, 3, 5, 1_000_000)
-"""So many neighbouring parallel toolpaths make a group, tried from the finest."""
+RUNS = (1_000_000, 5, 3, 2)
+"""So many neighbouring parallel toolpaths make a group, from the coarsest."""
+MOST_STATES = 4_000
+"""Finer counts of a column are not tried: numbering them takes longer than they are worth."""
+LARGEST_NUMBER = 2.0**62
 SAME_DIRECTION_DEG = 1e-4
 
 
-def counted_sets(section: Section, limit: int) -> DownSets:
-    """The down-sets of each column, or counts of them where it has more than ``limit``.
+def relaxations(part: Section, most: int) -> list[DownSets]:
+    """The states of a section of one column, from the coarsest counts to the finest and to the down-sets.
 
-    Groups are as small as the limit allows; where even those of all parallel neighbours are too many, they are
-    joined from the bottom up, down to a single group, which has one state for each number of toolpaths.
+    Groups are runs of parallel neighbours, or joined families of these, down to a single group, which has one
+    state for each number of toolpaths. It comes first and is always there.
 
     Args:
-        section: what is ordered, with a free end; rows of its precedence between columns are not seen.
-        limit: the most states of a column, if it has not more toolpaths than that.
+        part: what is ordered, with a free end; see ``Section.part``.
+        most: no finer states than so many, and no more than ``MOST_STATES``.
     """
-    parts = []
-    for c in range(section.columns):
-        paths = np.flatnonzero(section.column == c).astype(np.int32)
-        parts.append((paths, _of_column(section.part(section.column == c), limit)))
-    return _joined(section.n, parts)
-
-
-def _of_column(part: Section, limit: int) -> DownSets:
-    """The states of a section of one column."""
-    limit = max(limit, part.n + 2)
-    sets = all_down_sets(part, limit)
-    if sets is not None:
-        return sets
-    order = _before(part)
+    before = _before(part)
+    out: list[DownSets] = []
     for groups in _groupings(part.segments):
-        counted = _counted(part, order, groups, limit)
-        if counted is not None:
-            return counted
-    raise AssertionError("a single group has one state for each number of toolpaths")
+        counted = _counted(part, before, groups, max(part.n + 1, min(most, MOST_STATES)))
+        if counted is None:
+            break
+        if not out or not np.array_equal(counted.step_to, out[-1].step_to):
+            out.append(counted)
+    exact = all_down_sets(part, most)
+    return out if exact is None else [*out, exact]
 
 
 def never_follows(part: Section) -> NDArray[np.bool_]:
@@ -82,8 +74,8 @@ def _before(part: Section) -> NDArray[np.bool_]:
     return before
 
 
-def _groupings(segments: NDArray[np.float64]) -> "list[NDArray[np.int64]]":
-    """int64 (n,), the group of each toolpath, from the finest grouping to the coarsest."""
+def _groupings(segments: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+    """int64 (n,), the group of each toolpath, from a single group to the smallest groups."""
     along = segments[:, 1] - segments[:, 0]
     angle = np.degrees(np.arctan2(along[:, 1], along[:, 0])) % 180.0
     direction = np.round(angle / SAME_DIRECTION_DEG).astype(np.int64) % round(180.0 / SAME_DIRECTION_DEG)
@@ -91,24 +83,23 @@ def _groupings(segments: NDArray[np.float64]) -> "list[NDArray[np.int64]]":
     turned = np.radians(direction * SAME_DIRECTION_DEG)
     aside = np.cos(turned) * middle[:, 1] - np.sin(turned) * middle[:, 0]
     _, family = np.unique(direction, return_inverse=True)
-    out = []
+    by_family = np.lexsort((aside, family))
+    ends = np.flatnonzero(np.diff(family[by_family])) + 1
+    out: list[NDArray[np.int64]] = []
     for run in RUNS:
-        groups = np.empty(len(segments), np.int64)
-        count = 0
-        for f in range(int(family.max()) + 1):
-            members = np.flatnonzero(family == f)
-            members = members[np.argsort(aside[members], kind="stable")]
+        groups, count = np.empty(len(segments), np.int64), 0
+        for members in np.split(by_family, ends):
             for piece in np.array_split(members, max(1, round(len(members) / run))):
                 groups[piece] = count
                 count += 1
-        out.append(groups)
-    while count > 1:
+        out.insert(0, groups)
+    groups = out[0]
+    while (count := int(groups.max()) + 1) > 1:
         height = np.bincount(groups, middle[:, 1]) / np.bincount(groups)
         rank = np.empty(count, np.int64)
         rank[np.argsort(height, kind="stable")] = np.arange(count)
         groups = rank[groups] // 2
-        count = int(groups.max()) + 1
-        out.append(groups)
+        out.insert(0, groups)
     return out
 
 
@@ -118,30 +109,33 @@ def _counted(
     """The states that some walk from nothing to everything passes; None where there are more than ``limit``."""
     n, count = part.n, int(groups.max()) + 1
     size = np.bincount(groups, minlength=count)
-    least = np.stack([before[groups == g].sum(axis=0) for g in range(count)], axis=1)
-    most = size - np.stack([before[:, groups == g].sum(axis=1) for g in range(count)], axis=1)
-    most[np.arange(n), groups] -= 1
-    grows = np.zeros((n, count), np.int64)
-    grows[np.arange(n), groups] = 1
-    layers = [np.zeros((1, count), np.int64)]
-    steps: list[NDArray[np.int64]] = []  # of each layer: [state, toolpath, state of the next layer]
-    total = 1
+    # The numbers of all groups, as digits of one.
+    worth = np.cumprod([1.0, *(size[:-1] + 1.0)])
+    if worth[-1] * (size[-1] + 1.0) > LARGEST_NUMBER:
+        return None
+    weight = worth.astype(np.int64)
+    least = np.stack([before[groups == g].sum(axis=0) for g in range(count)])
+    most = size[:, None] - np.stack([before[:, groups == g].sum(axis=1) for g in range(count)])
+    most[groups, np.arange(n)] -= 1
+    widths, steps = [1], []  # of each layer: [state, toolpath, state of the next layer]
+    now, total = np.zeros(1, np.int64), 1
     for m in range(n):
-        now = layers[-1]
         fits = np.ones((len(now), n), np.bool_)
         for g in range(count):
-            fits &= (least[:, g] <= now[:, g, None]) & (now[:, g, None] <= most[:, g])
+            printed = (now // weight[g] % (size[g] + 1))[:, None]
+            fits &= (least[g] <= printed) & (printed <= most[g])
         if part.first != NONE:
             fits[:, np.arange(n) != part.first] &= m > 0
             fits[:, part.first] &= m == 0
         state, path = np.nonzero(fits)
-        after, to = np.unique(now[state] + grows[path], axis=0, return_inverse=True)
+        after, to = np.unique(now[state] + weight[groups[path]], return_inverse=True)
         total += len(after)
         if total > limit:
             return None
-        layers.append(after)
-        steps.append(np.stack([state, path, to.ravel()]))
-    return _numbered(n, [len(layer) for layer in layers], steps)
+        steps.append(np.stack([state, path, to]))
+        widths.append(len(after))
+        now = after
+    return _numbered(n, widths, steps)
 
 
 def _numbered(n: int, widths: list[int], steps: list[NDArray[np.int64]]) -> DownSets:
@@ -175,26 +169,4 @@ def _numbered(n: int, widths: list[int], steps: list[NDArray[np.int64]]) -> Down
         np.arange(n, dtype=np.int32),
         np.array([n], np.int32),
         np.array([COUNTED], np.int32),
-    )
-
-
-def _joined(n: int, parts: list[tuple[NDArray[np.int32], DownSets]]) -> DownSets:
-    """The states of all columns, each with its toolpaths, numbered through."""
-    local = np.empty(n, np.int32)
-    for paths, sets in parts:
-        local[paths] = sets.local
-    ends = np.cumsum([[0, 0, 0]] + [[sets.start[-1], sets.step_start[-1], sets.top_start[-1]] for _, sets in parts], axis=0)
-    moved = list(zip(parts, ends[:-1].tolist(), strict=True))
-    last = ends[-1]
-    return DownSets(
-        ends[:, 0].astype(np.int32),
-        np.append(np.concatenate([s.step_start[:-1] + at[1] for (_, s), at in moved]), last[1]).astype(np.int32),
-        np.concatenate([p[s.step_path] for (p, s), _ in moved]).astype(np.int32),
-        np.concatenate([s.step_to + at[0] for (_, s), at in moved]).astype(np.int32),
-        np.concatenate([s.step_slot for _, s in parts]).astype(np.int32),
-        np.append(np.concatenate([s.top_start[:-1] + at[2] for (_, s), at in moved]), last[2]).astype(np.int32),
-        np.concatenate([p[s.top_path] for (p, s), _ in moved]).astype(np.int32),
-        local,
-        np.array([len(p) for p, _ in parts], np.int32),
-        np.concatenate([s.corridor for _, s in parts]).astype(np.int32),
     )
