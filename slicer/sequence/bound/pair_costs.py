@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.problem import CostModel, direct_cost, least_cost_per_mm
+from slicer.sequence.problem import CostModel, least_travel_cost, least_cost_per_mm
 from slicer.sequence.states import Blocks, Section
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
@@ -102,7 +102,7 @@ def block_costs(
     beyond = np.zeros(len(bounds))
     for t in range(1, len(bounds) - 1):
         gap = x[section.column == bounds[t] + 1].min() - x[section.column == bounds[t] - 1].max()
-        beyond[t] = direct_cost(section.cost_model, gap, 0.0) - rate * gap
+        beyond[t] = least_travel_cost(section.cost_model, gap, 0.0) - rate * gap
     direct, ways, price_at, price_sign, prices = _measure(
         blocks,
         section.segments,
@@ -151,12 +151,12 @@ def _measure(
             for b in range(stride):
                 t, g = blocks.path[low + (b >> 1)], b & 1
                 out_x, out_y = segments[s, 1 - f, 0], segments[s, 1 - f, 1]
-                cost = direct_cost(cost_model, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
+                cost = least_travel_cost(cost_model, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
                 direct[arc_start[k] + a * stride + b] = cost
                 if column[s] != column[t] and blocks.allowed[2 * low + b]:
                     nearest[0] = min(nearest[0], cost)
                     in_x, in_y = segments[s, f, 0], segments[s, f, 1]
-                    cost = direct_cost(cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])
+                    cost = least_travel_cost(cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])
                     nearest[1] = min(nearest[1], cost)
             for way in range(4):
                 leaves, leftward = way < 2, way % 2 == 0

@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
 from slicer.sequence.bound.lagrangian_ascent import GAIN, PATIENCE, SHRINK
-from slicer.sequence.problem import CostModel, Problem, Search, direct_cost, leg_cost, realizer
+from slicer.sequence.problem import CostModel, Problem, Search, least_travel_cost, leg_cost, realizer
 
-STEPS = {"quick": 40, "default": 150, "high": 500}
-WORK = {"quick": 20_000_000, "default": 150_000_000, "high": 1_000_000_000}
-"""Listed travels in all steps, at about 50 ns each."""
-FIRST_STEP = 0.5
+STEPS = {"quick": 100, "default": 300, "high": 1_000}
+WORK = {"quick": 10_000_000, "default": 100_000_000, "high": 1_000_000_000}
+"""Listed travels in all steps, at about 80 ns each."""
+FIRST_STEP = 0.2
 MOMENTUM = 0.7
-REACH = 2.5
+REACH = 4.0
 """Travels are listed up to so many times the distance between endpoints on average,"""
-MOST_LISTED = 20
+MOST_LISTED = 40
 """or less where there would be more than so many for each endpoint."""
 UNLIMITED = 1e9
 
@@ -150,7 +150,7 @@ def travel_costs(
     """Fill ``out`` (m,) with the cost of the direct travel between each pair of points; either way is as dear."""
     for k in range(len(ends)):
         a, b = ends[k, 0], ends[k, 1]
-        out[k] = direct_cost(cost_model, points[b, 0] - points[a, 0], points[b, 1] - points[a, 1])
+        out[k] = least_travel_cost(cost_model, points[b, 0] - points[a, 0], points[b, 1] - points[a, 1])
 
 
 @bare_kernel

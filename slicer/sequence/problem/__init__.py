@@ -19,6 +19,7 @@ from slicer.sequence.problem.travel_cost import (
     direct_cost,
     direct_sum,
     least_cost_per_mm,
+    least_travel_cost,
     leg_cost,
 )
 
@@ -45,6 +46,7 @@ __all__ = [
     "directed",
     "draw",
     "least_cost_per_mm",
+    "least_travel_cost",
     "leg_cost",
     "neighbours",
     "real_number",
