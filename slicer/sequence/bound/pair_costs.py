@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.problem import CostModel, least_travel_cost, least_cost_per_mm
+from slicer.sequence.problem import CostModel, least_cost_per_mm, least_travel_cost
 from slicer.sequence.states import Blocks, Section
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
@@ -156,7 +156,9 @@ def _measure(
                 if column[s] != column[t] and blocks.allowed[2 * low + b]:
                     nearest[0] = min(nearest[0], cost)
                     in_x, in_y = segments[s, f, 0], segments[s, f, 1]
-                    cost = least_travel_cost(cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])
+                    cost = least_travel_cost(
+                        cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1]
+                    )
                     nearest[1] = min(nearest[1], cost)
             for way in range(4):
                 leaves, leftward = way < 2, way % 2 == 0

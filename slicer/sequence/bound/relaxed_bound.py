@@ -1,7 +1,7 @@
 """The column-pair bound of sheets whose columns have too many down-sets: over counts of what is printed.
 
-The same decomposition as in ``pair_costs``, for every objective. Steep columns are given states that are relaxed as
-little as the effort allows (``states.relaxed_sets``), and visits have multipliers (``visits``).
+The same decomposition as in ``pair_costs``, for every objective. Steep columns are given states that are
+relaxed as little as the effort allows (``states.relaxed_sets``), and visits have multipliers (``visits``).
 """
 
 import numpy as np
@@ -27,10 +27,10 @@ RELATIVE_EPS = 1e-9
 
 
 def raise_relaxed_bound(search: Search) -> None:
-    """Give a search that has no bound yet one, as high as the effort allows; on the largest sheets, by a tree.
+    """Give a search without a bound one, as high as the effort allows; on the largest sheets, by a tree.
 
-    It rises towards the cost of the best sequence, and so comes last. Nothing is done where the time is over, or
-    for a search that serves another one, whose turn comes when its own sequence is found.
+    It rises towards the cost of the best sequence, and so comes last. Nothing is done where the time is over,
+    or for a search that serves another one, whose turn comes when its own sequence is found.
     """
     if search.lower_bound > 0.0 or search.problem.n < 2 or search.serves_another or search.should_stop():
         return None

@@ -1,14 +1,15 @@
 """A bound for sheets of any size: the cheapest tree that joins all toolpaths (Held and Karp).
 
-The travels of a sequence join all toolpaths, so they cost no less than the cheapest spanning tree. In a tree many
-travels may meet at one endpoint, where a sequence has one, or none at its beginning and its end: each endpoint has a
-multiplier that is paid for every travel there, and taken off once (Held and Karp, "The traveling-salesman problem and
-minimum spanning trees", Operations Research 18, 1970). Where something must be printed between two toolpaths, no
-travel joins them; the rest of the precedence is not seen, so that other bounds are tighter where there are any.
+The travels of a sequence join all toolpaths, so they cost no less than the cheapest spanning tree. In a tree
+many travels may meet at one endpoint, where a sequence has one, or none at its beginning and its end: each
+endpoint has a multiplier that is paid for every travel there, and taken off once (Held and Karp, "The
+traveling-salesman problem and minimum spanning trees", Operations Research 18, 1970). Where something must be
+printed between two toolpaths, no travel joins them; the rest of the precedence is not seen, so that other
+bounds are tighter where there are any.
 
-Only travels up to a distance are listed. All others together are as good as one star: each is taken for as cheap as
-one of that distance, and of a complete graph whose edges cost the sum of what their ends do, a star around the
-cheapest is the cheapest tree.
+Only travels up to a distance are listed. All others together are as good as one star: each is taken for as
+cheap as one of that distance, and of a complete graph whose edges cost the sum of what their ends do, a star
+around the cheapest is the cheapest tree.
 """
 
 import numpy as np
@@ -90,7 +91,7 @@ class TreeBound:
             self.multiplier = self.multiplier + self._step * (target - bound) / norm * self._direction
 
     def evaluate(self) -> tuple[float, NDArray[np.float64]]:
-        """The bound at ``multiplier``, and float64 (2n,), how many travels of the tree meet at each endpoint."""
+        """The bound at ``multiplier``, and float64 (2n,), the travels of the tree at each endpoint."""
         n, price = self._n, self.multiplier
         cheaper = 2 * np.arange(n) + (price[1::2] < price[::2])  # of each toolpath's endpoints
         middle = cheaper[price[cheaper].argmin()]
@@ -110,7 +111,7 @@ class TreeBound:
 
 
 def _near(problem: Problem, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], float]:
-    """Pairs of endpoints between which there may be a travel of at most a distance, and that distance in mm."""
+    """Pairs of endpoints that a travel of at most some distance may join, and that distance in mm."""
     extent = np.ptp(points, axis=0)
     reach = REACH * float(np.sqrt(max(extent.prod(), extent.max() ** 2 * 1e-3, 1e-12) / len(points)))
     where = shapely.points(points)
@@ -147,7 +148,7 @@ def _least_cost(cost_model: CostModel, length: float) -> float:
 def travel_costs(
     points: NDArray[np.float64], cost_model: CostModel, ends: NDArray[np.int64], out: NDArray[np.float64]
 ) -> None:
-    """Fill ``out`` (m,) with the cost of the direct travel between each pair of points; either way is as dear."""
+    """Fill ``out`` (m,) with the least cost of a travel between each pair of points, either way."""
     for k in range(len(ends)):
         a, b = ends[k, 0], ends[k, 1]
         out[k] = least_travel_cost(cost_model, points[b, 0] - points[a, 0], points[b, 1] - points[a, 1])

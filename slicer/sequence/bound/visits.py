@@ -1,9 +1,9 @@
 """Multipliers that let walks through relaxed states print every toolpath once.
 
-Where states are counts (``states.group_counts``), the cheapest walk of a block may print one toolpath twice and
-another one not at all. Each visit of a toolpath in a block then costs a multiplier more, and the multipliers of
-all toolpaths are taken off again: nothing for a sequence, which prints each once (Lagrangian relaxation). There
-are none where states are down-sets.
+Where states are counts (``states.group_counts``), the cheapest walk of a block may print one toolpath twice
+and another one not at all. Each visit of a toolpath in a block then costs a multiplier more, and the
+multipliers of all toolpaths are taken off again: nothing for a sequence, which prints each once (Lagrangian
+relaxation). There are none where states are down-sets.
 """
 
 import numpy as np
@@ -84,7 +84,7 @@ def count_visit(block_costs: BlockCosts, place: int, subgradient: NDArray[np.flo
 @inner_kernel
 def _place(blocks: Blocks, k: int, s: int) -> int:
     """Where block k has toolpath s in ``Blocks.path``."""
-    at = blocks.path_start[k]
+    at = int(blocks.path_start[k])
     while blocks.path[at] != s:
         at += 1
     return at

@@ -146,7 +146,7 @@ class Search:
 
     @property
     def serves_another(self) -> bool:
-        """Whether it was made by another search, for sequences that may be good ones there, see ``surrogate``."""
+        """Whether another search made it, for sequences that may be good ones there; see ``surrogate``."""
         return self._goal is not None
 
     # --- what may be spent, and chance

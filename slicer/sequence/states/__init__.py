@@ -6,9 +6,9 @@ from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
 from slicer.sequence.states.corridor import extent
-from slicer.sequence.states.group_counts import COUNTED, never_follows
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
+from slicer.sequence.states.group_counts import COUNTED, never_follows
 from slicer.sequence.states.joint_states import (
     Needs,
     holds,

@@ -1,12 +1,13 @@
 """Fewer states than down-sets: how many toolpaths of each group are printed, and not which.
 
-Parallel lines that stand side by side can be printed in any order, so that the down-sets of a steep column are
-too many to look at. Here such lines form a *group*, and what is printed of a column is a number for each of its
-groups (state-space relaxation: Christofides, Mingozzi and Toth, "State-space relaxation procedures for the
-computation of bounds to routing problems", Networks 11, 1981). A toolpath may come next where the numbers leave
-room for all that must come before it, and for all that must come after it. Every sequence is a walk through these
-states, but a walk may print one toolpath of a group twice and leave out another. So bounds hold, and searches
-have no use for them. Where every group is one toolpath, or one on top of the other, they are the down-sets.
+Parallel lines that stand side by side can be printed in any order, so that the down-sets of a steep column
+are too many to look at. Here such lines form a *group*, and what is printed of a column is a number for each
+of its groups (state-space relaxation: Christofides, Mingozzi and Toth, "State-space relaxation procedures for
+the computation of bounds to routing problems", Networks 11, 1981). A toolpath may come next where the numbers
+leave room for all that must come before it, and for all that must come after it. Every sequence is a walk
+through these states, but a walk may print one toolpath of a group twice and leave out another. So bounds
+hold, and searches have no use for them. Where every group is one toolpath, or one on top of the other, they
+are the down-sets.
 """
 
 import numpy as np
@@ -106,7 +107,7 @@ def _groupings(segments: NDArray[np.float64]) -> list[NDArray[np.int64]]:
 def _counted(
     part: Section, before: NDArray[np.bool_], groups: NDArray[np.int64], limit: int
 ) -> DownSets | None:
-    """The states that some walk from nothing to everything passes; None where there are more than ``limit``."""
+    """The states that some walk from nothing to everything passes; None if there are more than ``limit``."""
     n, count = part.n, int(groups.max()) + 1
     size = np.bincount(groups, minlength=count)
     # The numbers of all groups, as digits of one.

@@ -1,4 +1,6 @@
-"""The finest states of all columns that a bound can afford: down-sets where they are few, counts elsewhere."""
+"""The finest states of all columns that a bound can afford: down-sets where these are few, else counts."""
+
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +36,7 @@ def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
         arcs, chosen = cost, trial
     while True:  # finer
         trials = [
-            (_arcs(sizes, trial), trial)
-            for trial in _others(sizes, chosen)
-            if sum(trial) > sum(chosen)
+            (_arcs(sizes, trial), trial) for trial in _others(sizes, chosen) if sum(trial) > sum(chosen)
         ]
         cost, trial = min(trials, default=(most_arcs + 1, chosen))
         if cost > most_arcs:
@@ -66,10 +66,7 @@ def _arcs(sizes: list[list[NDArray[np.int64]]], chosen: list[int]) -> int:
     now = [column[t].tolist() for column, t in zip(sizes, chosen, strict=True)]
     if len(now) == 1:
         return int(4 * now[0][3])
-    return sum(
-        4 * (a[3] * b[0] + a[0] * b[3] + a[1] * b[2] + a[2] * b[1])
-        for a, b in zip(now[:-1], now[1:], strict=True)
-    )
+    return sum(4 * (a[3] * b[0] + a[0] * b[3] + a[1] * b[2] + a[2] * b[1]) for a, b in pairwise(now))
 
 
 def _joined(n: int, paths: list[NDArray[np.int32]], parts: list[DownSets]) -> DownSets:

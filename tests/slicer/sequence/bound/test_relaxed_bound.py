@@ -38,7 +38,7 @@ def started(segments: np.ndarray, seed: int, **rest: object) -> Problem:
     problem = Problem.build(segments, **rest)
     flipped = [None, False, True][random.integers(3)]
     first = int(random.choice(problem.starts) >> 1) if random.random() < 0.5 else None
-    if first is not None and flipped is not None and not problem.allowed[first, int(flipped)]:
+    if not problem.allowed.all():
         flipped = None
     return Problem.build(segments, first=first, first_flipped=flipped, **rest)
 
@@ -59,7 +59,9 @@ def never_above(bound: PairBound | TreeBound, best: float, seed: int) -> None:
         for _ in range(40):
             bound.improve(1.1 * best)
         assert bound.bound <= best + 1e-9
-        bound.multiplier = bound.multiplier + np.random.default_rng(seed).normal(0.0, 0.5, len(bound.multiplier))
+        bound.multiplier = bound.multiplier + np.random.default_rng(seed).normal(
+            0.0, 0.5, len(bound.multiplier)
+        )
         assert bound.evaluate()[0] <= best + 1e-9
     else:
         bound.improve(1.1 * best, 40)
