@@ -57,7 +57,9 @@ def search_by_surrogates(
                 search.report("true travels")
         if inner.stopped or search.should_stop():
             return
-    if carrying is not None and not search.proved:
+        if search.near_enough:
+            break
+    if carrying is not None and not search.near_enough:
         # States know what is printed, so this method sees the true cost of every travel.
         carrying(search)
     if refined:
