@@ -34,12 +34,12 @@ def relaxations(part: Section, most: int) -> list[DownSets]:
 
     Args:
         part: what is ordered, with a free end; see ``Section.part``.
-        most: no finer states than so many, and no more than ``MOST_STATES``.
+        most: down-sets, which come last, are no more than so many.
     """
     before = _before(part)
     out: list[DownSets] = []
     for groups in _groupings(part.segments):
-        counted = _counted(part, before, groups, max(part.n + 1, min(most, MOST_STATES)))
+        counted = _counted(part, before, groups, max(part.n + 1, MOST_STATES))
         if counted is None:
             break
         if not out or not np.array_equal(counted.step_to, out[-1].step_to):

@@ -99,7 +99,7 @@ def test_no_multipliers_make_a_tree_exceed_the_optimum(sheet, optimum, seed, nam
     never_above(tree, optimum(problem, GOALS[name]), seed)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seeds, st.sampled_from(["straight", "time"]), st.sampled_from([90.0, 20.0]))
 def test_a_body_and_directions_only_make_sequences_dearer(sheet, seed, name, downhill):
     random = np.random.default_rng(seed)
