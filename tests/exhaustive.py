@@ -65,6 +65,10 @@ def travel_cost(objective, printed, start, end, skyline=True):
     legs = [(bx - ax, by - ay) for (ax, ay), (bx, by) in pairwise(way)]
     legs = [leg for leg in legs if np.hypot(*leg) > EPS]
     length = sum(np.hypot(*leg) for leg in legs)
+    if objective.name == "time" and len(way) == 2 and EPS < length <= objective.join_mm:
+        across, up = np.abs(np.asarray(end) - start)
+        speed = objective.speed_mm_s
+        return max(length / objective.join_speed_mm_s, across / speed[1], up / speed[2])
     if objective.name == "routed":
         return length
     wait = objective.fixed_s if length > objective.fixed_from_mm else 0.0

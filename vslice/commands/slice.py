@@ -283,6 +283,4 @@ def _known_travel(result: "Result") -> str:
         return "  (the least possible)"
     if result.lower_bound_mm is not None:
         return f"  (at least {result.lower_bound_mm:.3f})"
-    if result.method in ("auto", "beam", "exact") and not result.stopped:
-        return "  (no bound: too steep or too large a sheet)"
     return ""

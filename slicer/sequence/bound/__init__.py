@@ -1,12 +1,15 @@
-"""Lower bounds, which prove: by Lagrangian decomposition into pairs of columns, held or streamed.
+"""Lower bounds, which prove: by Lagrangian decomposition into pairs of columns, held or streamed;
+over relaxed states or by a spanning tree where columns have too many.
 
 They keep to the precedence inside a block of columns, and leave out what joins columns that no block has.
 """
 
 from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.bound.relaxed_bound import raise_relaxed_bound
 from slicer.sequence.bound.streamed_bound import raise_streamed_bound
 
 __all__ = [
     "PairBound",
+    "raise_relaxed_bound",
     "raise_streamed_bound",
 ]

@@ -9,6 +9,7 @@ from slicer.kernels import kernel
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.pair_subgradient import add_subgradient
+from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import Blocks
 
 FIRST_STEP = 0.3
@@ -61,8 +62,10 @@ def ascend(
     subgradient = np.empty(len(multipliers))
     for _ in range(iterations):
         apply_multipliers(blocks, block_costs, multipliers, arc, ways)
+        charge_visits(blocks, block_costs, multipliers, arc, ways)
         evaluate(blocks, block_costs, ends, arc, ways, value)
         by_start = roots(blocks, ends, value)
+        settle_visits(blocks, block_costs, ends, multipliers, by_start)
         start = 0
         for t in range(len(by_start)):
             if by_start[t] < by_start[start]:

@@ -5,6 +5,7 @@ cost, and ``lagrangian_ascent`` for how the multipliers are found.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, Ascent, ascend
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
+from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import (
+    COUNTED,
     NONE,
     Blocks,
     DownSets,
@@ -21,6 +24,7 @@ from slicer.sequence.states import (
     Skylines,
     connect,
     joint_states,
+    never_follows,
     skylines,
 )
 
@@ -34,7 +38,6 @@ class PairBound:
     Attributes:
         section, sets, blocks, block_costs, ends: what is bounded.
         multipliers: float64, where the ascent is.
-        sky: the skylines that a search needs; the bound itself is on direct travels, which cost less.
         best: float64, the multipliers of the best bound so far.
         direction: float64, the ascent's moving average of subgradients.
         memory: float64 (3,), see ``ascend``.
@@ -48,7 +51,6 @@ class PairBound:
     block_costs: BlockCosts
     ends: Ends
     multipliers: NDArray[np.float64]
-    sky: Skylines
     best: NDArray[np.float64] = field(init=False)
     direction: NDArray[np.float64] = field(init=False)
     memory: NDArray[np.float64] = field(init=False)
@@ -80,16 +82,23 @@ class PairBound:
             bounds: the blocks, see ``blocks.cover``.
             among: the states that count, of those that a nozzle's body allows; None for all of these.
         """
-        closed = joint_states(section, sets, bounds)
+        counted = sets.corridor == COUNTED
+        # Which counts go together cannot be told, and all do.
+        closed = None if counted.any() else joint_states(section, sets, bounds)
         if among is None or closed is None:
             among = closed if among is None else among
         else:
             among = [a & b for a, b in zip(among, closed, strict=True)]
         blocks = connect(section, sets, bounds, among)
-        costs, multipliers = block_costs(section, blocks)
-        return cls(
-            section, sets, blocks, costs, _ends(section, sets, blocks), multipliers, skylines(section, sets)
-        )
+        costs, multipliers = block_costs(section, blocks, visits=bool(counted.any()))
+        for c in np.flatnonzero(counted):
+            _forbid(section, blocks, costs, int(c))
+        return cls(section, sets, blocks, costs, _ends(section, sets, blocks), multipliers)
+
+    @cached_property
+    def sky(self) -> Skylines:
+        """The skylines that a search needs; the bound itself is on direct travels, which cost less."""
+        return skylines(self.section, self.sets)
 
     @property
     def bound(self) -> float:
@@ -113,8 +122,15 @@ class PairBound:
         """Fill ``arc``, ``ways`` and ``value`` from the best multipliers; the ascent may go on from there."""
         self.multipliers[:] = self.best
         apply_multipliers(self.blocks, self.block_costs, self.best, self.arc, self.ways)
+        charge_visits(self.blocks, self.block_costs, self.best, self.arc, self.ways)
         evaluate(self.blocks, self.block_costs, self.ends, self.arc, self.ways, self.value)
-        self.memory[2] = roots(self.blocks, self.ends, self.value).min()
+        self.memory[2] = self._by_start().min()
+
+    def _by_start(self) -> NDArray[np.float64]:
+        """The bound on all sequences that begin with each start, after ``evaluate``."""
+        out = roots(self.blocks, self.ends, self.value)
+        settle_visits(self.blocks, self.block_costs, self.ends, self.best, out)
+        return out
 
     def fix_states(self, cut: float) -> None:
         """Leave out the states that no sequence below ``cut`` passes through.
@@ -122,7 +138,7 @@ class PairBound:
         ``use_best_multipliers`` comes before. From then on the bound holds for the sequences below ``cut``
         alone.
         """
-        by_start = roots(self.blocks, self.ends, self.value)
+        by_start = self._by_start()
         least = bound_through_states(
             self.blocks, self.block_costs, self.ends, self.arc, self.ways, self.value, by_start
         )
@@ -138,6 +154,17 @@ class PairBound:
         self.blocks = connect(self.section, self.sets, self.blocks.bounds, among)
         self.ends = _ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
+
+
+def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None:
+    """Make travels inside column c infinite that no sequence has, which walks through counts would take."""
+    never = np.repeat(np.repeat(never_follows(section.part(section.column == c)), 2, axis=0), 2, axis=1)
+    for k in range(blocks.home[c, 0], blocks.home[c, 1] + 1):
+        low = 2 * int(blocks.column_size[blocks.bounds[k] : c].sum())
+        stride = 2 * int(blocks.path_start[k + 1] - blocks.path_start[k])
+        travels = costs.direct[costs.arc_start[k] : costs.arc_start[k + 1]].reshape(stride, stride)
+        own = slice(low, low + len(never))
+        travels[own, own][never] = np.inf
 
 
 def _ends(section: Section, sets: DownSets, blocks: Blocks) -> Ends:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
-from slicer.sequence.problem import CostModel, direct_cost, least_cost_per_mm
+from slicer.sequence.problem import CostModel, least_cost_per_mm, least_travel_cost
 from slicer.sequence.states import Blocks, Section
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
@@ -48,6 +48,7 @@ class BlockCosts(NamedTuple):
         cross: float64 (b,), for passing over a block without touching it.
         pair_start: int64 (c + 1,); the multipliers of travels inside column c are a square matrix
             [from, to] from pair_start[c] on, empty where the column is no seam.
+        visits: the first multiplier of a visit, one for each of a block's toolpaths; ``size`` where none are.
         size: how many multipliers there are.
     """
 
@@ -58,6 +59,7 @@ class BlockCosts(NamedTuple):
     price_sign: NDArray[np.float64]
     cross: NDArray[np.float64]
     pair_start: NDArray[np.int64]
+    visits: int
     size: int
 
 
@@ -75,8 +77,16 @@ class Seams(NamedTuple):
     rate: float
 
 
-def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[np.float64]]:
-    """Measure all travels inside blocks, and give the multipliers that the ascent begins with."""
+def block_costs(
+    section: Section, blocks: Blocks, *, visits: bool = False
+) -> tuple[BlockCosts, NDArray[np.float64]]:
+    """Measure all travels inside blocks, and give the multipliers that the ascent begins with.
+
+    Args:
+        section: what is ordered.
+        blocks: its blocks.
+        visits: whether walks may print a toolpath twice or not at all, so that visits have multipliers.
+    """
     bounds = blocks.bounds
     inner = np.zeros(section.columns, np.bool_)
     inner[bounds[1:-1]] = True
@@ -92,7 +102,7 @@ def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[n
     beyond = np.zeros(len(bounds))
     for t in range(1, len(bounds) - 1):
         gap = x[section.column == bounds[t] + 1].min() - x[section.column == bounds[t] - 1].max()
-        beyond[t] = direct_cost(section.cost_model, gap, 0.0) - rate * gap
+        beyond[t] = least_travel_cost(section.cost_model, gap, 0.0) - rate * gap
     direct, ways, price_at, price_sign, prices = _measure(
         blocks,
         section.segments,
@@ -102,8 +112,11 @@ def block_costs(section: Section, blocks: Blocks) -> tuple[BlockCosts, NDArray[n
         arc_start,
         pair_start[-1],
     )
-    multipliers = np.concatenate([np.zeros(pair_start[-1]), prices])
-    out = BlockCosts(arc_start, direct, ways, price_at, price_sign, cross, pair_start, len(multipliers))
+    multipliers = np.concatenate([np.zeros(pair_start[-1]), prices, np.zeros(len(blocks.path) * visits)])
+    first_visit = int(pair_start[-1]) + len(prices)
+    out = BlockCosts(
+        arc_start, direct, ways, price_at, price_sign, cross, pair_start, first_visit, len(multipliers)
+    )
     return out, multipliers
 
 
@@ -138,12 +151,14 @@ def _measure(
             for b in range(stride):
                 t, g = blocks.path[low + (b >> 1)], b & 1
                 out_x, out_y = segments[s, 1 - f, 0], segments[s, 1 - f, 1]
-                cost = direct_cost(cost_model, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
+                cost = least_travel_cost(cost_model, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
                 direct[arc_start[k] + a * stride + b] = cost
                 if column[s] != column[t] and blocks.allowed[2 * low + b]:
                     nearest[0] = min(nearest[0], cost)
                     in_x, in_y = segments[s, f, 0], segments[s, f, 1]
-                    cost = direct_cost(cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1])
+                    cost = least_travel_cost(
+                        cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1]
+                    )
                     nearest[1] = min(nearest[1], cost)
             for way in range(4):
                 leaves, leftward = way < 2, way % 2 == 0
@@ -188,7 +203,7 @@ def apply_multipliers(
             ways[way, at] = block_costs.ways[way, at]
             if block_costs.price_at[way, at] >= 0:
                 ways[way, at] += block_costs.price_sign[way, at] * multipliers[block_costs.price_at[way, at]]
-    prices = multipliers[block_costs.pair_start[-1] :].reshape(4, -1)
+    prices = multipliers[block_costs.pair_start[-1] : block_costs.visits].reshape(4, -1)
     for k in range(count):
         low, high = 2 * blocks.path_start[k], 2 * blocks.path_start[k + 1]
         left, right = blocks.bounds[k], blocks.bounds[k + 1]

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from slicer.kernels import inner_kernel
 from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
 from slicer.sequence.bound.pair_dp import Ends
+from slicer.sequence.bound.visits import count_visit, count_visits_at_ends
 from slicer.sequence.states import NONE, Blocks
 
 
@@ -22,6 +23,7 @@ def add_subgradient(
 ) -> None:
     """Walk the cheapest walk of every block from a start; add to ``subgradient`` how the bound grows with the
     multipliers."""
+    count_visits_at_ends(blocks, block_costs, ends, start, subgradient)
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
         final = blocks.state_start[k + 1] - 1
@@ -45,6 +47,7 @@ def add_subgradient(
                         break
             m, f, way = _next(blocks, block_costs, arc, ways, value, k, s, x)
             v = 2 * blocks.move_path[m] + f
+            count_visit(block_costs, (low + v) >> 1, subgradient)
             if u == NONE:
                 _pay_way(block_costs, way, low + v, subgradient)
             else:
@@ -104,7 +107,7 @@ def _pay_arc(
     """Note a travel inside block k from u to v, both in its own numbers."""
     low = blocks.path_start[k]
     prices = block_costs.pair_start[-1]
-    stride = (len(subgradient) - prices) // 4
+    stride = (block_costs.visits - prices) // 4
     right = blocks.bounds[k + 1]
     u_column, u_local = _column_of(blocks, k, u)
     v_column, v_local = _column_of(blocks, k, v)

@@ -6,6 +6,7 @@ in a corridor around the incumbent, and is repeated around what it finds. On she
 corridor, window search takes its place.
 """
 
+from slicer.sequence.bound import raise_relaxed_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered.bounded_search import bound_around, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
@@ -35,6 +36,7 @@ def beam(search: Search) -> None:
         before = search.cost
         if _search_corridor(search, budget) or search.cost >= before or search.should_stop():
             break
+    raise_relaxed_bound(search)
 
 
 def _search_corridor(search: Search, budget: WorkBudget) -> bool:

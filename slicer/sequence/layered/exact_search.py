@@ -5,6 +5,7 @@ struck out, and a layered search looks below the incumbent. When no layer of it 
 or nothing that was cut off could be better, then the incumbent is optimal. Every round has a wider search.
 """
 
+from slicer.sequence.bound import raise_relaxed_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered.bounded_search import bound_around, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
@@ -40,7 +41,7 @@ def exact(search: Search) -> None:
     budget = WorkBudget(more * max(n, 100) * WORK_PER_TOOLPATH[search.effort])
     opened = bound_around(search, more * ARCS_PER_TOOLPATH[search.effort])
     if opened is None:
-        return
+        return raise_relaxed_bound(search)
     bound, complete = opened
     turn = 0
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
@@ -56,3 +57,4 @@ def exact(search: Search) -> None:
             break  # nothing better in this corridor
         search.report("search")
         turn += 1
+    return None if complete else raise_relaxed_bound(search)

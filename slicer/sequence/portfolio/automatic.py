@@ -8,7 +8,7 @@ corridor that fits into memory, local search cannot see far, trees see a stretch
 little at a time: together they reach what none of them does alone.
 """
 
-from slicer.sequence.bound import raise_streamed_bound
+from slicer.sequence.bound import raise_relaxed_bound, raise_streamed_bound
 from slicer.sequence.construct import start_along_levels
 from slicer.sequence.layered import ARCS_PER_TOOLPATH, beam, exact, window_search
 from slicer.sequence.local_search import FIRST_TEMPERATURE, anneal, perturbation_budget
@@ -44,6 +44,7 @@ def auto(search: Search) -> None:
     start_along_levels(search)
     if _stages(search) and not search.proved and search.lower_bound == 0.0:
         raise_streamed_bound(search)
+        raise_relaxed_bound(search)
 
 
 def _stages(search: Search) -> bool:

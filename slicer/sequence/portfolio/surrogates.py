@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.bound import raise_relaxed_bound
 from slicer.sequence.construct import hill_climbs
 from slicer.sequence.layered import window_search
 from slicer.sequence.local_search import refine
@@ -56,9 +57,13 @@ def search_by_surrogates(
                 search.report("true travels")
         if inner.stopped or search.should_stop():
             return
-    if carrying is not None and not search.proved:
+        if search.near_enough:
+            break
+    if carrying is not None and not search.near_enough:
         # States know what is printed, so this method sees the true cost of every travel.
         carrying(search)
+    if refined:
+        raise_relaxed_bound(search)
 
 
 def _refined(aim: Search, oriented: NDArray[np.int32], *, windows: bool) -> Iterator[NDArray[np.int32]]:

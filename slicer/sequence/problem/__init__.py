@@ -3,6 +3,7 @@ that a method is given, when it stops, and its random numbers.
 """
 
 from slicer.sequence.problem.checks import real_number, whole_number
+from slicer.sequence.problem.comparability import realizer
 from slicer.sequence.problem.directions import directed, start_of
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
 from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName, unit_of
@@ -18,6 +19,7 @@ from slicer.sequence.problem.travel_cost import (
     direct_cost,
     direct_sum,
     least_cost_per_mm,
+    least_travel_cost,
     leg_cost,
 )
 
@@ -44,9 +46,11 @@ __all__ = [
     "directed",
     "draw",
     "least_cost_per_mm",
+    "least_travel_cost",
     "leg_cost",
     "neighbours",
     "real_number",
+    "realizer",
     "scrambled",
     "skyline_cost",
     "start_of",

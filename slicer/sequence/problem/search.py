@@ -21,6 +21,10 @@ EFFORTS = ("quick", "default", "high")
 """Budgets of iterations, which scale with the number of toolpaths."""
 
 
+WORTH = {"quick": 0.02, "default": 0.01, "high": 0.0}
+"""Part of the cost that the next stage of a search must be able to save, or it is not begun."""
+
+
 @dataclass(frozen=True)
 class Progress:
     """A word from a running search.
@@ -143,6 +147,16 @@ class Search:
     def proved(self) -> bool:
         """Whether nothing is cheaper than the best so far."""
         return self.started and self.lower_bound >= self.cost
+
+    @property
+    def near_enough(self) -> bool:
+        """Whether the bound proves that no further stage can gain more than ``WORTH`` of the cost allows."""
+        return self.started and self.lower_bound >= (1.0 - WORTH[self.effort]) * self.cost
+
+    @property
+    def serves_another(self) -> bool:
+        """Whether another search made it, for sequences that may be good ones there; see ``surrogate``."""
+        return self._goal is not None
 
     # --- what may be spent, and chance
 

@@ -68,6 +68,21 @@ def direct_cost(cost_model: CostModel, dx: float, dy: float) -> float:
     return cost
 
 
+@bare_kernel
+def least_travel_cost(cost_model: CostModel, dx: float, dy: float) -> float:
+    """No travel by (dx, dy) mm costs less, whatever is in its way; what bounds must price it at.
+
+    A hop that has to rise over something is not joined, and where beads are laid slowly that is quicker.
+    """
+    cost = direct_cost(cost_model, dx, dy)
+    if cost_model.timed and dx * dx + dy * dy <= cost_model.join**2:
+        apart = leg_cost(cost_model, dx, dy)
+        if cost_model.fixed > 0.0 and dx * dx + dy * dy > max(cost_model.fixed_from, EPS_MM) ** 2:
+            apart += cost_model.fixed
+        cost = min(cost, apart)
+    return cost
+
+
 @inner_kernel
 def arc_cost(points: NDArray[np.float64], cost_model: CostModel, u: int, v: int) -> float:
     """Cost of the direct travel from the end of oriented toolpath ``u`` to the entry of ``v``.

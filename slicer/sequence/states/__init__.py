@@ -8,6 +8,7 @@ from slicer.sequence.states.column_skylines import Skylines, sets_of_states, sky
 from slicer.sequence.states.corridor import extent
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
+from slicer.sequence.states.group_counts import COUNTED, never_follows
 from slicer.sequence.states.joint_states import (
     Needs,
     holds,
@@ -17,10 +18,12 @@ from slicer.sequence.states.joint_states import (
     needs_printed,
     out_of_reach,
 )
+from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.section import NONE, Section, extents
 from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
 
 __all__ = [
+    "COUNTED",
     "NONE",
     "OUTSIDE",
     "Blocks",
@@ -41,7 +44,9 @@ __all__ = [
     "needed",
     "needs",
     "needs_printed",
+    "never_follows",
     "out_of_reach",
+    "relaxed_sets",
     "sets_of_states",
     "skylines",
     "widest_joined_corridor",

@@ -1,0 +1,64 @@
+"""The column-pair bound of sheets whose columns have too many down-sets: over counts of what is printed.
+
+The same decomposition as in ``pair_costs``, for every objective. Steep columns are given states that are
+relaxed as little as the effort allows (``states.relaxed_sets``), and visits have multipliers (``visits``).
+"""
+
+import numpy as np
+
+from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.bound.tree_bound import raise_tree_bound
+from slicer.sequence.problem import Search
+from slicer.sequence.states import Section, cover, relaxed_sets
+
+ARCS = {"quick": 200_000_000, "default": 3_000_000_000, "high": 20_000_000_000}
+"""Travels looked at in all steps, at about 1.5 ns each."""
+STEPS = {"quick": 6, "default": 12, "high": 40}
+"""Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
+MOST_STEPS = 100
+STRETCH = 3
+"""The few steps that there are at least may look at so many times as many travels."""
+LEAST_STEPS = 3
+MOST_TRAVELS = 40_000_000
+"""Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each."""
+MOST_TOOLPATHS = 1_500
+"""A column with more has so many counts and steps that telling them apart alone takes too long."""
+RELATIVE_EPS = 1e-9
+
+
+def raise_relaxed_bound(search: Search) -> None:
+    """Give a search without a bound one, as high as the effort allows; on the largest sheets, by a tree.
+
+    It rises towards the cost of the best sequence, and so comes last. Nothing is done where the time is over,
+    or for a search that serves another one, whose turn comes when its own sequence is found.
+    """
+    if search.lower_bound > 0.0 or search.problem.n < 2 or search.serves_another or search.should_stop():
+        return None
+    if not _raise_by_counts(search) and not search.stopped:
+        raise_tree_bound(search)
+    return None
+
+
+def _raise_by_counts(search: Search) -> bool:
+    """Raise the bound over counts; False where there can be none, or where it is not above 0."""
+    section = Section.whole(search.problem, search.objective)
+    size = np.bincount(section.column).astype(np.int64)
+    beside = size[:-1] + size[1:] if len(size) > 1 else size
+    if int(((2 * beside) ** 2).sum()) > MOST_TRAVELS or size.max() > MOST_TOOLPATHS:
+        return False
+    most = ARCS[search.effort]
+    sets, arcs = relaxed_sets(section, most // STEPS[search.effort])
+    if LEAST_STEPS * arcs > STRETCH * most:
+        return False
+    bound = PairBound.over(section, sets, cover(sets))
+    for _ in range(max(LEAST_STEPS, min(MOST_STEPS, most // max(1, bound.blocks.arcs)))):
+        if search.proved or search.should_stop():
+            break
+        at_rest = bound.improve(search.cost, 1)
+        if bound.bound > search.cost * (1 + RELATIVE_EPS):
+            raise AssertionError(f"a bound of {bound.bound} is above a sequence of {search.cost}")
+        search.raise_bound(bound.bound)
+        search.report("bound")
+        if at_rest:
+            break
+    return search.lower_bound > 0.0

@@ -1,0 +1,90 @@
+"""Multipliers that let walks through relaxed states print every toolpath once.
+
+Where states are counts (``states.group_counts``), the cheapest walk of a block may print one toolpath twice
+and another one not at all. Each visit of a toolpath in a block then costs a multiplier more, and the
+multipliers of all toolpaths are taken off again: nothing for a sequence, which prints each once (Lagrangian
+relaxation). There are none where states are down-sets.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel, inner_kernel
+from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, BlockCosts
+from slicer.sequence.bound.pair_dp import Ends
+from slicer.sequence.states import Blocks
+
+
+@bare_kernel
+def charge_visits(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    multipliers: NDArray[np.float64],
+    arc: NDArray[np.float64],
+    ways: NDArray[np.float64],
+) -> None:
+    """Let whatever enters a toolpath pay for the visit, in what ``apply_multipliers`` has filled in."""
+    visits = block_costs.visits
+    if visits == block_costs.size:
+        return
+    for k in range(len(blocks.state_start) - 1):
+        low, stride = 2 * blocks.path_start[k], 2 * (blocks.path_start[k + 1] - blocks.path_start[k])
+        for b in range(stride):
+            price = multipliers[visits + ((low + b) >> 1)]
+            ways[ENTER_LEFT, low + b] += price
+            ways[ENTER_RIGHT, low + b] += price
+        for a in range(stride):
+            row = block_costs.arc_start[k] + a * stride
+            for b in range(stride):
+                arc[row + b] += multipliers[visits + ((low + b) >> 1)]
+
+
+@bare_kernel
+def settle_visits(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    multipliers: NDArray[np.float64],
+    by_start: NDArray[np.float64],
+) -> None:
+    """Pay in ``by_start`` for the first toolpath, which nothing enters, and take all multipliers off."""
+    visits = block_costs.visits
+    if visits == block_costs.size:
+        return
+    total = 0.0
+    for at in range(visits, block_costs.size):
+        total += multipliers[at]
+    for t in range(len(by_start)):
+        by_start[t] -= total
+        for k in range(ends.start_home[t, 0], ends.start_home[t, 1] + 1):
+            by_start[t] += multipliers[visits + _place(blocks, k, ends.starts[t] >> 1)]
+
+
+@inner_kernel
+def count_visits_at_ends(
+    blocks: Blocks, block_costs: BlockCosts, ends: Ends, start: int, subgradient: NDArray[np.float64]
+) -> None:
+    """Enter what ``settle_visits`` does for a start into the subgradient."""
+    visits = block_costs.visits
+    if visits == block_costs.size:
+        return
+    for at in range(visits, block_costs.size):
+        subgradient[at] -= 1.0
+    for k in range(ends.start_home[start, 0], ends.start_home[start, 1] + 1):
+        subgradient[visits + _place(blocks, k, ends.starts[start] >> 1)] += 1.0
+
+
+@inner_kernel
+def count_visit(block_costs: BlockCosts, place: int, subgradient: NDArray[np.float64]) -> None:
+    """Enter a visit of the toolpath at this place of ``Blocks.path``."""
+    if block_costs.visits < block_costs.size:
+        subgradient[block_costs.visits + place] += 1.0
+
+
+@inner_kernel
+def _place(blocks: Blocks, k: int, s: int) -> int:
+    """Where block k has toolpath s in ``Blocks.path``."""
+    at = int(blocks.path_start[k])
+    while blocks.path[at] != s:
+        at += 1
+    return at

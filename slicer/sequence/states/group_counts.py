@@ -1,0 +1,173 @@
+"""Fewer states than down-sets: how many toolpaths of each group are printed, and not which.
+
+Parallel lines that stand side by side can be printed in any order, so that the down-sets of a steep column
+are too many to look at. Here such lines form a *group*, and what is printed of a column is a number for each
+of its groups (state-space relaxation: Christofides, Mingozzi and Toth, "State-space relaxation procedures for
+the computation of bounds to routing problems", Networks 11, 1981). A toolpath may come next where the numbers
+leave room for all that must come before it, and for all that must come after it. Every sequence is a walk
+through these states, but a walk may print one toolpath of a group twice and leave out another. So bounds
+hold, and searches have no use for them. Where every group is one toolpath, or one on top of the other, they
+are the down-sets.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.sequence.states.downsets import DownSets, all_down_sets
+from slicer.sequence.states.section import NONE, Section
+
+COUNTED = -1
+"""``DownSets.corridor`` of a column whose states are counts."""
+RUNS = (1_000_000, 5, 3, 2)
+"""So many neighbouring parallel toolpaths make a group, from the coarsest."""
+MOST_STATES = 4_000
+"""Finer counts of a column are not tried: numbering them takes longer than they are worth."""
+LARGEST_NUMBER = 2.0**62
+SAME_DIRECTION_DEG = 1e-4
+
+
+def relaxations(part: Section, most: int) -> list[DownSets]:
+    """The states of a section of one column, from the coarsest counts to the finest and to the down-sets.
+
+    Groups are runs of parallel neighbours, or joined families of these, down to a single group, which has one
+    state for each number of toolpaths. It comes first and is always there.
+
+    Args:
+        part: what is ordered, with a free end; see ``Section.part``.
+        most: down-sets, which come last, are no more than so many.
+    """
+    before = _before(part)
+    out: list[DownSets] = []
+    for groups in _groupings(part.segments):
+        counted = _counted(part, before, groups, max(part.n + 1, MOST_STATES))
+        if counted is None:
+            break
+        if not out or not np.array_equal(counted.step_to, out[-1].step_to):
+            out.append(counted)
+    exact = all_down_sets(part, most)
+    return out if exact is None else [*out, exact]
+
+
+def never_follows(part: Section) -> NDArray[np.bool_]:
+    """bool (n, n), [a, b]: no sequence prints b directly after a; of a section of one column."""
+    before = _before(part)
+    between = (before.astype(np.float32) @ before.astype(np.float32)) > 0.5
+    never: NDArray[np.bool_] = before.T | between
+    np.fill_diagonal(never, True)
+    return never
+
+
+def _before(part: Section) -> NDArray[np.bool_]:
+    """bool (n, n), [a, b]: a must come before b."""
+    n = part.n
+    before = np.zeros((n, n), np.bool_)
+    missing = np.diff(part.pred_start)
+    ready = np.flatnonzero(missing == 0).tolist()
+    while ready:
+        s = ready.pop()
+        under = part.pred[part.pred_start[s] : part.pred_start[s + 1]]
+        before[:, s] = before[:, under].any(axis=1)
+        before[under, s] = True
+        for t in part.succ[part.succ_start[s] : part.succ_start[s + 1]].tolist():
+            missing[t] -= 1
+            if missing[t] == 0:
+                ready.append(t)
+    return before
+
+
+def _groupings(segments: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+    """int64 (n,), the group of each toolpath, from a single group to the smallest groups."""
+    along = segments[:, 1] - segments[:, 0]
+    angle = np.degrees(np.arctan2(along[:, 1], along[:, 0])) % 180.0
+    direction = np.round(angle / SAME_DIRECTION_DEG).astype(np.int64) % round(180.0 / SAME_DIRECTION_DEG)
+    middle = segments.mean(axis=1)
+    turned = np.radians(direction * SAME_DIRECTION_DEG)
+    aside = np.cos(turned) * middle[:, 1] - np.sin(turned) * middle[:, 0]
+    _, family = np.unique(direction, return_inverse=True)
+    by_family = np.lexsort((aside, family))
+    ends = np.flatnonzero(np.diff(family[by_family])) + 1
+    out: list[NDArray[np.int64]] = []
+    for run in RUNS:
+        groups, count = np.empty(len(segments), np.int64), 0
+        for members in np.split(by_family, ends):
+            for piece in np.array_split(members, max(1, round(len(members) / run))):
+                groups[piece] = count
+                count += 1
+        out.insert(0, groups)
+    groups = out[0]
+    while (count := int(groups.max()) + 1) > 1:
+        height = np.bincount(groups, middle[:, 1]) / np.bincount(groups)
+        rank = np.empty(count, np.int64)
+        rank[np.argsort(height, kind="stable")] = np.arange(count)
+        groups = rank[groups] // 2
+        out.insert(0, groups)
+    return out
+
+
+def _counted(
+    part: Section, before: NDArray[np.bool_], groups: NDArray[np.int64], limit: int
+) -> DownSets | None:
+    """The states that some walk from nothing to everything passes; None if there are more than ``limit``."""
+    n, count = part.n, int(groups.max()) + 1
+    size = np.bincount(groups, minlength=count)
+    # The numbers of all groups, as digits of one.
+    worth = np.cumprod([1.0, *(size[:-1] + 1.0)])
+    if worth[-1] * (size[-1] + 1.0) > LARGEST_NUMBER:
+        return None
+    weight = worth.astype(np.int64)
+    least = np.stack([before[groups == g].sum(axis=0) for g in range(count)])
+    most = size[:, None] - np.stack([before[:, groups == g].sum(axis=1) for g in range(count)])
+    most[groups, np.arange(n)] -= 1
+    widths, steps = [1], []  # of each layer: [state, toolpath, state of the next layer]
+    now, total = np.zeros(1, np.int64), 1
+    for m in range(n):
+        fits = np.ones((len(now), n), np.bool_)
+        for g in range(count):
+            printed = (now // weight[g] % (size[g] + 1))[:, None]
+            fits &= (least[g] <= printed) & (printed <= most[g])
+        if part.first != NONE:
+            fits[:, np.arange(n) != part.first] &= m > 0
+            fits[:, part.first] &= m == 0
+        state, path = np.nonzero(fits)
+        after, to = np.unique(now[state] + weight[groups[path]], return_inverse=True)
+        total += len(after)
+        if total > limit:
+            return None
+        steps.append(np.stack([state, path, to]))
+        widths.append(len(after))
+        now = after
+    return _numbered(n, widths, steps)
+
+
+def _numbered(n: int, widths: list[int], steps: list[NDArray[np.int64]]) -> DownSets:
+    """Number the states layer by layer, without those from which not everything can be printed."""
+    alive = np.ones(1, np.bool_)
+    kept, numbers = [alive], []
+    for m in range(n - 1, -1, -1):
+        steps[m] = steps[m][:, alive[steps[m][2]]]
+        alive = np.zeros(widths[m], np.bool_)
+        alive[steps[m][0]] = True
+        kept.append(alive)
+    kept.reverse()
+    begin = 0
+    for alive in kept:
+        numbers.append(np.cumsum(alive) - 1 + begin)
+        begin += int(alive.sum())
+    source = np.concatenate([numbers[m][steps[m][0]] for m in range(n)])
+    path = np.concatenate([steps[m][1] for m in range(n)])
+    to = np.concatenate([numbers[m + 1][steps[m][2]] for m in range(n)])
+    # What can be the last toolpath of a state: whatever leads to it.
+    tops, slot = np.unique(to * n + path, return_inverse=True)
+    top_start = np.searchsorted(tops // n, np.arange(begin + 1))
+    return DownSets(
+        np.array([0, begin], np.int32),
+        np.searchsorted(source, np.arange(begin + 1)).astype(np.int32),
+        path.astype(np.int32),
+        to.astype(np.int32),
+        (slot.ravel() - top_start[to]).astype(np.int32),
+        top_start.astype(np.int32),
+        (tops % n).astype(np.int32),
+        np.arange(n, dtype=np.int32),
+        np.array([n], np.int32),
+        np.array([COUNTED], np.int32),
+    )

@@ -1,0 +1,162 @@
+"""Bounds over counts, and by a spanning tree: below every sequence, whatever their multipliers are."""
+
+import json
+
+import numpy as np
+import pytest
+from exhaustive import least_cost
+from fields import random_body, segment_sets
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from slicer import grid
+from slicer.errors import CycleError
+from slicer.hatch import hatch
+from slicer.sequence import Problem, solve
+from slicer.sequence.bound import raise_relaxed_bound, relaxed_bound
+from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.bound.tree_bound import TreeBound
+from slicer.sequence.construct import start_greedily
+from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Search
+from slicer.sequence.states import COUNTED, cover, relaxed_columns, relaxed_sets
+from slicer.sequence.states.section import Section
+
+MACHINE = {"clearance_mm": 0.1, "speed_mm_s": (20.0, 20.0, 2.0), "acceleration_mm_s2": (500.0, 500.0, 30.0)}
+GOALS = {
+    "straight": Objective(),
+    "routed": Objective("routed", **MACHINE),
+    "time": Objective("time", **MACHINE, fixed_s=0.05, fixed_from_mm=0.3),
+    "joined": Objective("time", **MACHINE, fixed_s=0.05, join_mm=0.6, join_speed_mm_s=1.0),
+}
+seeds = st.integers(0, 10**6)
+
+
+def started(segments: np.ndarray, seed: int, **rest: object) -> Problem:
+    """The start free or fixed, and its direction as well."""
+    random = np.random.default_rng(seed)
+    problem = Problem.build(segments, **rest)
+    flipped = [None, False, True][random.integers(3)]
+    first = int(random.choice(problem.starts) >> 1) if random.random() < 0.5 else None
+    if not problem.allowed.all():
+        flipped = None
+    return Problem.build(segments, first=first, first_flipped=flipped, **rest)
+
+
+def counted(problem: Problem, goal: Objective, most_arcs: int = 0) -> PairBound:
+    """The bound over counts, the coarser the fewer travels it may look at."""
+    section = Section.whole(problem, goal)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(relaxed_columns, "MOST_DOWN_SETS", 0)
+        sets, _ = relaxed_sets(section, most_arcs)
+    assert (sets.corridor == COUNTED).all()
+    return PairBound.over(section, sets, cover(sets))
+
+
+def never_above(bound: PairBound | TreeBound, best: float, seed: int) -> None:
+    """Raise it, then try other multipliers; the bound is that at the best ones."""
+    if isinstance(bound, TreeBound):
+        for _ in range(40):
+            bound.improve(1.1 * best)
+        assert bound.bound <= best + 1e-9
+        bound.multiplier = bound.multiplier + np.random.default_rng(seed).normal(
+            0.0, 0.5, len(bound.multiplier)
+        )
+        assert bound.evaluate()[0] <= best + 1e-9
+    else:
+        bound.improve(1.1 * best, 40)
+        assert bound.bound <= best + 1e-9
+        bound.best += np.random.default_rng(seed).normal(0.0, 0.5, len(bound.best))
+        bound.use_best_multipliers()
+        assert bound.bound <= best + 1e-9
+
+
+@settings(max_examples=80, deadline=None)
+@given(seeds, st.sampled_from(sorted(GOALS)), st.sampled_from([0, 200, 10**6]))
+def test_no_multipliers_make_the_bound_over_counts_exceed_the_optimum(sheet, optimum, seed, name, most_arcs):
+    problem = started(sheet(seed, 8, 2), seed)
+    never_above(counted(problem, GOALS[name], most_arcs), optimum(problem, GOALS[name]), seed)
+
+
+@settings(max_examples=80, deadline=None)
+@given(segment_sets(max_n=7), seeds, st.sampled_from(sorted(GOALS)))
+def test_nor_among_any_segments(segments, seed, name):
+    assume(len(segments) > 1)
+    problem = started(segments, seed)
+    best = least_cost(GOALS[name], segments, problem.first, problem.first_flipped)
+    never_above(counted(problem, GOALS[name]), best, seed)
+    never_above(TreeBound(problem, GOALS[name].cost_model), best, seed)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.sampled_from(sorted(GOALS)))
+def test_no_multipliers_make_a_tree_exceed_the_optimum(sheet, optimum, seed, name):
+    problem = started(sheet(seed, 8, 2), seed)
+    with pytest.MonkeyPatch.context() as patch:
+        # Most travels of a small sheet are listed otherwise.
+        patch.setattr("slicer.sequence.bound.tree_bound.REACH", np.random.default_rng(seed).uniform(0.3, 3.0))
+        tree = TreeBound(problem, GOALS[name].cost_model)
+    never_above(tree, optimum(problem, GOALS[name]), seed)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seeds, st.sampled_from(["straight", "time"]), st.sampled_from([90.0, 20.0]))
+def test_a_body_and_directions_only_make_sequences_dearer(sheet, seed, name, downhill):
+    random = np.random.default_rng(seed)
+    try:
+        problem = started(sheet(seed, 6, 2), seed, body=random_body(random, 0.2), downhill_deg=downhill)
+    except CycleError:
+        assume(False)
+    searched = solve(problem, method="exact", objective=GOALS[name])
+    assume(searched.proved)
+    never_above(counted(problem, GOALS[name]), searched.cost, seed)
+    never_above(TreeBound(problem, GOALS[name].cost_model), searched.cost, seed)
+
+
+def steep(cols: int, rows: int, seed: int, spacing: float = 0.12) -> Problem:
+    """A sheet of steep tiles, in whose columns lines stand side by side."""
+    angles = np.random.default_rng(seed).uniform(65.0, 90.0, (rows, cols)) * [[1, -1] * cols][0][:cols]
+    described = {"tile_mm": 1.0, "spacing_mm": spacing, "angles_deg": angles.tolist()}
+    return Problem.build(hatch(grid.loads(json.dumps(described))).segments)
+
+
+def raised(problem: Problem, goal: Objective, effort: str = "quick") -> Search:
+    search = Search(problem, objective=goal, effort=effort)
+    start_greedily(search)
+    raise_relaxed_bound(search)
+    return search
+
+
+@pytest.mark.parametrize("name", ["straight", "time"])
+@pytest.mark.parametrize(("cols", "rows"), [(1, 4), (3, 4)])
+def test_steep_columns_have_a_bound_that_a_tree_does_not_reach(cols, rows, name):
+    problem = steep(cols, rows, 1)
+    search = raised(problem, GOALS[name], "default")
+    tree = TreeBound(problem, GOALS[name].cost_model)
+    for _ in range(100):
+        tree.improve(search.cost)
+    assert 0.0 < tree.bound < search.lower_bound < search.cost
+
+
+def test_finer_counts_give_a_higher_bound():
+    problem = steep(2, 4, 2, 0.17)
+    bounds = [counted(problem, GOALS["straight"], arcs) for arcs in (0, 20_000_000)]
+    for bound in bounds:
+        bound.improve(20.0, 60)
+    assert bounds[0].blocks.arcs < bounds[1].blocks.arcs
+    assert bounds[1].bound > 1.005 * bounds[0].bound
+
+
+@pytest.mark.parametrize("name", ["straight", "routed", "time"])
+def test_steep_sheets_come_with_a_bound_whatever_is_minimised(name):
+    result = solve(steep(2, 3, 3, 0.08), effort="quick", objective=GOALS[name])
+    assert result.lower_bound is not None
+    assert 0.5 * result.cost < result.lower_bound <= result.cost
+
+
+@pytest.mark.parametrize("limit", ["MOST_TRAVELS", "MOST_TOOLPATHS"])
+def test_a_sheet_too_large_for_counts_gets_a_tree(monkeypatch, limit):
+    monkeypatch.setattr(relaxed_bound, limit, 1)
+    monkeypatch.setattr(PairBound, "over", None)
+    search = raised(steep(2, 3, 4), GOALS["time"])
+    assert 0.0 < search.lower_bound < search.cost
