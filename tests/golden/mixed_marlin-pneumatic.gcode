@@ -146,6 +146,7 @@ M84
 ; machine.max_acceleration_mm_s2 = [500.0, 500.0, 100.0, 500.0]
 ; machine.planner = "marlin"
 ; machine.junction_deviation_mm = 0.013
+; machine.jerk_mm_s = [15.0, 15.0, 0.2, 2.0]
 ; machine.square_corner_velocity_mm_s = 5.0
 ; machine.minimum_cruise_ratio = 0.5
 ; material.feed = "pneumatic"
@@ -187,6 +188,7 @@ M84
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
+; gcode.flavor = "marlin"
 ; gcode.start = ["M302 P1", "M107", "G28"]
 ; gcode.end = ["M107", "M302 P0", "M84"]
 ; gcode.valve_open = ["M106 S255"]
@@ -204,4 +206,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:033448d2c7210bdeacbb8514dade3239dd19c7d38359d12596cff95700d62f5d
+; vslice profile end sha256:5f03520ef5f6cbb56cd0bfe992d7d7e316c5873d97d4ffc02833f32060051ec2

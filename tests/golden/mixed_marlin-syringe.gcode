@@ -89,6 +89,7 @@ M84
 ; machine.max_acceleration_mm_s2 = [500.0, 500.0, 100.0, 500.0]
 ; machine.planner = "marlin"
 ; machine.junction_deviation_mm = 0.013
+; machine.jerk_mm_s = [15.0, 15.0, 0.2, 2.0]
 ; machine.square_corner_velocity_mm_s = 5.0
 ; machine.minimum_cruise_ratio = 0.5
 ; material.feed = "syringe"
@@ -130,6 +131,7 @@ M84
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
+; gcode.flavor = "marlin"
 ; gcode.start = ["M302 P1", "G28"]
 ; gcode.end = ["M302 P0", "M84"]
 ; gcode.valve_open = []
@@ -147,4 +149,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:03b1a764c916da4ae06bb6afe56ae7c7bf2722fd6f5ff8ba35cb499a7885ddba
+; vslice profile end sha256:d600cce7a8aff57da4ca448652702459a33d3f2b3d13deb23f7a17168ed56352

@@ -59,6 +59,7 @@ M84
 ; machine.max_acceleration_mm_s2 = [1000.0, 1000.0, 100.0, 5000.0]
 ; machine.planner = "marlin"
 ; machine.junction_deviation_mm = 0.013
+; machine.jerk_mm_s = [15.0, 15.0, 0.2, 2.0]
 ; machine.square_corner_velocity_mm_s = 5.0
 ; machine.minimum_cruise_ratio = 0.5
 ; material.feed = "filament"
@@ -100,6 +101,7 @@ M84
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
+; gcode.flavor = "marlin"
 ; gcode.start = ["M140 S{bed_temperature_c}", "M104 S{nozzle_temperature_c}", "G28", "M190 S{bed_temperature_c}", "M109 S{nozzle_temperature_c}"]
 ; gcode.end = ["M104 S0", "M140 S0", "M84"]
 ; gcode.valve_open = []
@@ -117,4 +119,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:d052d8fabfc7267b173031be6b23b45c4a26c0fbfc79bc3f92e3a32aa8fee1e7
+; vslice profile end sha256:5adfa62b4fba6de3d778cfa560fce519b5fc43556e4203f886397611ae58e33a
