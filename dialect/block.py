@@ -1,8 +1,8 @@
 """A line as grbl reads it: a block of words, of which several may be commands, or none where the last
 move goes on. It becomes commands of one each, in the order in which grbl obeys them.
 
-Source: grbl's gcode.c, ``gc_execute_line``: a block has at most one command of each modal group, and is obeyed
-in the order of RS274/NGC: speeds, spindle, coolant, dwell, plane, units, offsets, distance mode, move.
+Source: grbl's gcode.c, ``gc_execute_line``: a block has at most one command of each modal group, and is
+obeyed in the order of RS274/NGC: speeds, spindle, coolant, dwell, plane, units, offsets, distance mode, move.
 """
 
 import re

@@ -39,7 +39,7 @@ class Flavor:
         allows_cold: the command that allows to extrude cold; None where the printer's own settings do.
         axis_speed_per_s: how many of the units of M203 are a mm/s: 1, or 60 where it counts in mm/min.
         limits: which of the commands for speeds and accelerations it obeys.
-        knows: all commands of a letter and a number that it knows as it is shipped; None if they are too many.
+        knows: all commands of a letter and a number that it knows as shipped; None if they are too many.
         parentheses: whether what stands in them is a comment.
         max_line: the longest line in bytes, comments apart; None for any.
         words_per_line: whether a line may hold several commands, or none where the last move goes on.

@@ -89,7 +89,7 @@ class Dynamics:
         )
 
     def after(self, command: str) -> Self:
-        """The limits after a command: M201, M203, M204 and M205 change them, where the firmware obeys them."""
+        """The limits after a command: M201, M203, M204 and M205 change them where they are obeyed."""
         command = command.upper().partition(";")[0]
         code = command.split(maxsplit=1)[0] if command.strip() else ""
         if code not in self.flavor.limits:

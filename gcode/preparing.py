@@ -39,8 +39,8 @@ MACROS = frozenset({
 """Klipper's own that prepare or end, and the names that start and end blocks have by custom."""
 
 ENDING = frozenset({"M2", "M18", "M30", "M81", "M84", "TURN_OFF_HEATERS"})
-"""Motors, power and heaters off, the end of a program (grbl): before a print they lose the position or the heat
-that it needs."""
+"""Motors, power and heaters off, the end of a program: before a print they lose the position or the heat that
+it needs."""
 
 START_MACROS = frozenset({"START_PRINT", "PRINT_START"})
 """By custom they heat, home and fill the nozzle, in a way that only the printer knows."""

@@ -121,7 +121,7 @@ def _join_mm(plan: "Plan") -> NDArray[np.float64]:
 
 
 def _when_due(lines: list[str], flavor: Flavor) -> list[str]:
-    """The lines that turn a valve, behind a wait for the moves before them where the firmware would not wait."""
+    """The lines that turn a valve, behind a wait for the moves before them where one is needed."""
     codes = [code_of(clean(line, flavor)) for line in lines]
     immediate = next((k for k, code in enumerate(codes) if code in flavor.immediate_outputs), None)
     if immediate is None or set(codes[:immediate]) & flavor.empties_queue:

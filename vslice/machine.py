@@ -71,7 +71,7 @@ def profile_for(
 
 
 def _fallback(comments: Sequence[str]) -> str:
-    """A shipped machine of the flavour that the head of a program names; that of Marlin where it names none."""
+    """A shipped machine of the flavour that a program names; that of Marlin where it names none."""
     for comment in comments:
         key, _, said = comment.strip().replace(" = ", ":").partition(":")
         if key in ("FLAVOR", "gcode_flavor") and (flavor := flavor_called(said)) is not None:
