@@ -21,6 +21,7 @@ COMMANDS = {
     "play": "Write a page that plays a program, or two side by side.",
     "check": "Replay a program and verify that it can be printed.",
     "send": "Stream a program to a printer, or see in a dry run what it would do.",
+    "upload": "Hand a program over to OctoPrint, Moonraker, PrusaLink or a Duet.",
     "ports": "List the serial ports of this machine.",
     "console": "Type commands to a printer and see its replies.",
     "emulate": "Be a printer on a pseudo-terminal, for other hosts and for learning.",
@@ -28,6 +29,7 @@ COMMANDS = {
     "nozzles": "Compare nozzles on one sheet: which of them print it as it is.",
     "paper": "Reproduce the source paper's table and figures.",
     "profiles": "List and show the machines that vslice knows.",
+    "config": "Settle the usual profile, nozzle and print hosts.",
     "grid-schema": "Print the JSON Schema of a grid file.",
 }
 FLAGS = {"-v", "-vv", "--verbose", "-q", "--quiet"}

@@ -15,7 +15,6 @@ from vslice.options import (
     no_effect,
     not_onto_input,
     not_onto_profile,
-    nozzle_option,
     objective_option,
     output_option,
     picture_format,
@@ -23,6 +22,7 @@ from vslice.options import (
     set_option,
     settings_without_effect,
     start_option,
+    usual_nozzle_option,
     with_nozzle,
 )
 from vslice.terminal.session import common, progress, say
@@ -59,7 +59,7 @@ FORMATS = ("csv", "md", "json")
     help="Also write a page that plays the best run of each method, greedy's too, two of them side by side.",
 )
 @profile_option
-@nozzle_option
+@usual_nozzle_option
 @set_option
 @output_option("Table; .csv, .md or .json by its extension. By default, and with -, Markdown on stdout.")
 @common

@@ -224,7 +224,7 @@ def settings_of(profile: "Profile") -> "Settings":
 
 
 @said_if_interrupted("Nothing was sent.")
-def check(program_file: Path, profile: "Profile") -> None:
+def check(program_file: Path, profile: "Profile", what: str = "sent") -> None:
     """Refuse a program that `vslice check` finds fault with."""
     from gcode.check import check_file
 
@@ -234,7 +234,7 @@ def check(program_file: Path, profile: "Profile") -> None:
         more = [f"  and {len(wrong) - MOST} more"] if len(wrong) > MOST else []
         listing = "\n".join([*shown_ones, *more])
         raise click.ClickException(
-            f"{program_file} cannot be printed on this machine; nothing was sent:\n{listing}\n"
+            f"{program_file} cannot be printed on this machine; nothing was {what}:\n{listing}\n"
             "Slice it again for this profile, or insist with --no-check."
         )
 

@@ -19,13 +19,13 @@ from vslice.options import (
     no_effect,
     not_onto_input,
     not_onto_profile,
-    nozzle_option,
     objective_option,
     output_option,
     profile_option,
     seconds,
     set_option,
     start_option,
+    usual_nozzle_option,
     with_nozzle,
 )
 from vslice.orient_options import ALL, measured_kind, measuring_options
@@ -46,7 +46,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @grid_argument
 @output_option("G-code file; - is stdout. By default GRID.gcode beside the grid.")
 @profile_option
-@nozzle_option
+@usual_nozzle_option
 @set_option
 @click.option(
     "--method",
@@ -79,6 +79,12 @@ if TYPE_CHECKING:  # it imports all that is heavy
 )
 @click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")
 @click.option("--port", metavar="PORT", help="With --send: as for 'vslice send'.")
+@click.option(
+    "--upload",
+    "upload_to",
+    metavar="HOST",
+    help="Check the program and upload it to a host of 'vslice config'.",
+)
 @measuring_options(shown=("tiles", "size_mm"))
 @common
 def command(
@@ -97,6 +103,7 @@ def command(
     workers: int,
     send: bool,
     port: str | None,
+    upload_to: str | None,
     **asked: Any,
 ) -> None:
     """Turn a grid of fibre angles into G-code; - reads the grid from standard input.
@@ -116,6 +123,12 @@ def command(
         raise click.UsageError("--port goes with --send.")
     if send and target is None:
         raise click.UsageError("--send streams from a file; give it a name with -o.")
+    if upload_to is not None and (send or target is None):
+        raise click.UsageError("--upload takes a file, which -o names, and goes without --send.")
+    if upload_to is not None:
+        from vslice.handing_over import destination
+
+        where = destination(upload_to, None, None, None)  # rather than behind a long search
     if port is not None:
         from printer.ports import check_name
 
@@ -151,6 +164,13 @@ def command(
     for place in sliced.pressed_places():
         say(place)
     say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
+    if upload_to is not None and target is not None:
+        from vslice.commands.send import check
+        from vslice.handing_over import hand_over, refuse_foreign
+
+        refuse_foreign(target, sliced.profile, where.to)
+        check(target, sliced.profile, "uploaded")
+        hand_over(target, target.name, where, start=False)
     if send and target is not None:
         from vslice.commands.send import check, send_file
 

@@ -26,6 +26,7 @@ WRONG_INPUT = {
     "PortNameError",
     "TissueError",
     "MissingLibraryError",
+    "HostInputError",
 }
 OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice", "tissue"}
 

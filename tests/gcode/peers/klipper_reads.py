@@ -15,7 +15,23 @@ from klippy.extras.gcode_move import GCodeMove
 from klippy.gcode import GCodeDispatch
 from klippy.toolhead import ToolHead
 
-SILENT = "M104 M109 M140 M190 M105 M106 M107 M84 M18 M400 M117 M73 M204 TURN_OFF_HEATERS G17 G10 G11".split()
+SILENT = [
+    "M104",
+    "M109",
+    "M140",
+    "M190",
+    "M105",
+    "M106",
+    "M107",
+    "M84",
+    "M18",
+    "M400",
+    "M117",
+    "M73",
+    "M204",
+    "G10",
+    "G11",
+]
 
 
 class Printer:
@@ -53,7 +69,8 @@ seconds = {"dwell": 0.0}
 class Head:
     """Takes moves and stands where they end."""
 
-    position = [0.0, 0.0, 0.0, 0.0]
+    def __init__(self):
+        self.position = [0.0, 0.0, 0.0, 0.0]
 
     def move(self, position, speed):
         self.position = list(position)
