@@ -44,7 +44,7 @@ class Flavor:
         max_line: the longest line in bytes, comments apart; None for any.
         words_per_line: whether a line may hold several commands, or none where the last move goes on.
         dated_head: whether hosts know a program only by a head with a date.
-        numbered: whether it takes each numbered line once, in order, so that none is lost or printed twice.
+        unsure: why no sender can promise that each line is printed exactly once; None where ours does.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Flavor:
     max_line: int | None = MAX_LINE
     words_per_line: bool = False
     dated_head: bool = False
-    numbered: bool = False
+    unsure: str | None = None
 
     def dwell(self, seconds: float) -> str:
         """The line that waits for so long, rounded up to a millisecond."""
@@ -98,7 +98,7 @@ class Flavor:
         return f"is no command of {self.title}"
 
 
-MARLIN = Flavor("marlin", "Marlin", numbered=True)
+MARLIN = Flavor("marlin", "Marlin")
 
 KLIPPER = Flavor(
     "klipper",
@@ -117,6 +117,7 @@ KLIPPER = Flavor(
     parentheses=False,
     max_line=None,
     dated_head=True,
+    unsure="its console skips line numbers and checksums, and cannot be asked for a line whose ok was lost",
 )
 
 REPRAPFIRMWARE = Flavor(
@@ -129,6 +130,7 @@ REPRAPFIRMWARE = Flavor(
     limits=frozenset({"M201", "M203", "M204", "M566"}),
     parentheses=False,
     max_line=255,
+    unsure="its console asks for damaged lines again, but takes a line that it has had a second time",
 )
 
 GRBL = Flavor(
@@ -155,6 +157,7 @@ GRBL = Flavor(
     | _codes("M", "0 1 2 3 4 5 7 8 9 30"),
     max_line=79,
     words_per_line=True,
+    unsure="it counts no line numbers and knows no checksum: a damaged line is obeyed as it arrives",
 )
 
 FLAVORS = {flavor.name: flavor for flavor in (MARLIN, KLIPPER, REPRAPFIRMWARE, GRBL)}

@@ -63,14 +63,21 @@ def _tail(program: Program, profile: Profile) -> Iterator[str]:
     text = " ".join(f"{count}{unit}" for count, unit in parts if count) + f" {seconds % 60}s"
     yield f"; estimated printing time (normal mode) = {text.strip()}"
     if profile.flavor.dated_head:
-        yield from _settings(profile)
+        yield from _settings(program, profile)
     if feed_area_mm2(profile.material) is not None:
         yield f"; filament used [mm] = {program.feed_mm + program.primed_mm:.5f}"
         yield f"; filament used [cm3] = {program.material_ul / 1000:.5f}"
 
 
-def _settings(profile: Profile) -> Iterator[str]:
-    """What Moonraker shows of a program's temperatures; 0 where nothing is heated."""
+def _settings(program: Program, profile: Profile) -> Iterator[str]:
+    """What Moonraker shows of a program: temperatures, 0 where nothing is heated, and how high Z goes in it.
+
+    Its height is looked for behind changes of layers, which a sheet does not have: one at the end tells it.
+    """
+    laid = [move.y_mm for move in program.moves if move.kind == Kind.EXTRUDE and move.toolpath >= 0]
+    if laid:
+        yield ";BEFORE_LAYER_CHANGE"
+        yield f";{position(max(laid))}"
     yield f"; first_layer_temperature = {plain(profile.material.nozzle_temperature_c)}"
     yield f"; first_layer_bed_temperature = {plain(profile.material.bed_temperature_c)}"
 

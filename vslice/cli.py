@@ -30,6 +30,9 @@ COMMANDS = {
     "paper": "Reproduce the source paper's table and figures.",
     "profiles": "List and show the machines that vslice knows.",
     "config": "Settle the usual profile, nozzle and print hosts.",
+    "help": "Show a page of the documentation in the terminal.",
+    "completion": "Print what lets a shell complete commands and options.",
+    "json-schema": "Print the JSON Schema of what a command prints with --json.",
     "grid-schema": "Print the JSON Schema of a grid file.",
 }
 FLAGS = {"-v", "-vv", "--verbose", "-q", "--quiet"}

@@ -159,3 +159,14 @@ def test_a_key_is_no_option():
         name for parameter in command.params if isinstance(parameter, click.Option) for name in parameter.opts
     }
     assert not options & {"--key", "--api-key", "--password"}
+
+
+@pytest.mark.parametrize("name", ["klipper-generic", "reprapfirmware-generic", "grbl-syringe"])
+@pytest.mark.parametrize("words", [("--dry-run",), ("--port", "marlin://")])
+def test_send_refuses_where_no_line_can_be_sent_exactly_once(run, name, words):
+    Path("part.gcode").write_text("\n".join(make_lines(SHEET, name)) + "\n")
+    code, _, err = run("send", "part.gcode", "-p", name, *words)
+    assert (code, "cannot be sent each line exactly once" in err) == (2, True)
+    Path("sheet.json").write_text(grid.dumps(SHEET))
+    assert run("slice", "sheet.json", "-p", name, "--send", "-o", "new.gcode")[0] == 2
+    assert not Path("new.gcode").exists()

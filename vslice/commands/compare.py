@@ -25,7 +25,7 @@ from vslice.options import (
     usual_nozzle_option,
     with_nozzle,
 )
-from vslice.terminal.session import common, progress, say
+from vslice.terminal.session import common, json_option, json_wanted, progress, say
 
 FORMATS = ("csv", "md", "json")
 
@@ -62,6 +62,7 @@ FORMATS = ("csv", "md", "json")
 @usual_nozzle_option
 @set_option
 @output_option("Table; .csv, .md or .json by its extension. By default, and with -, Markdown on stdout.")
+@json_option
 @common
 def command(
     file: Path,
@@ -129,7 +130,10 @@ def command(
             step=step,
             keep=None if play is None else played.keep,
         )
-    output.write(target, [comparison.as_text(rows, file_format, goal).encode()])
+    if json_wanted():
+        click.echo(comparison.as_text(rows, "json", goal), nl=False)
+    if target is not None or not json_wanted():
+        output.write(target, [comparison.as_text(rows, file_format, goal).encode()])
     if plot is not None and plot_format is not None:
         from gcode import preview
 

@@ -30,7 +30,16 @@ from vslice.options import (
 )
 from vslice.orient_options import ALL, measured_kind, measuring_options
 from vslice.pressed import pressed
-from vslice.terminal.session import Steps, common, progress, say, so_far, warnings_said
+from vslice.terminal.session import (
+    Steps,
+    common,
+    json_option,
+    json_wanted,
+    progress,
+    say,
+    so_far,
+    warnings_said,
+)
 
 if TYPE_CHECKING:  # it imports all that is heavy
     from slicer.grid import Grid
@@ -86,6 +95,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
     help="Check the program and upload it to a host of 'vslice config'.",
 )
 @measuring_options(shown=("tiles", "size_mm"))
+@json_option
 @common
 def command(
     grid_file: Path,
@@ -119,6 +129,8 @@ def command(
     not_onto_input(grid_file, target)
     not_onto_profile(profile_name, target)
     output.check_place(target)
+    if json_wanted() and target is None:
+        raise click.UsageError("--json and the program both go to stdout; name a file with -o.")
     if port is not None and not send:
         raise click.UsageError("--port goes with --send.")
     if send and target is None:
@@ -144,6 +156,16 @@ def command(
     from vslice.pipeline import Search, slice_grid
 
     overrides = with_nozzle(nozzle_name, overrides)
+    if send or upload_to is not None:
+        import profiles
+        from vslice.commands.send import refuse_unsure
+        from vslice.handing_over import refuse_foreign
+
+        profile = profiles.load(profile_name, overrides)
+        if send:
+            refuse_unsure(profile)  # rather than behind a long search
+        elif target is not None:
+            refuse_foreign(target, profile, where.to)
     unit = unit_of(objective_name(objective))
     search = Search(method, effort, objective, start, conflicts, seed, time_limit_s, workers)
     with progress(8 if measured else 6) as step, compiling() as first_run, warnings_said():
@@ -164,11 +186,14 @@ def command(
     for place in sliced.pressed_places():
         say(place)
     say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
+    if json_wanted():
+        from vslice.figures import of_sliced
+
+        click.echo(of_sliced(sliced, str(target)).text())
     if upload_to is not None and target is not None:
         from vslice.commands.send import check
-        from vslice.handing_over import hand_over, refuse_foreign
+        from vslice.handing_over import hand_over
 
-        refuse_foreign(target, sliced.profile, where.to)
         check(target, sliced.profile, "uploaded")
         hand_over(target, target.name, where, start=False)
     if send and target is not None:

@@ -4,6 +4,7 @@ import os
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hosting import KEY, get, moonraker, octoprint
 from making import POINT, make_grid, make_lines, read_lines
@@ -12,6 +13,7 @@ import profiles
 from gcode.estimate import seconds_of
 from gcode.moves import Kind
 from printer.hosts import HostError, HostInputError, upload
+from slicer.hatch import hatch
 
 OCTOPRINT = os.environ.get("VSLICE_OCTOPRINT_PYTHON", "")
 MOONRAKER = os.environ.get("VSLICE_MOONRAKER_PYTHON", "")
@@ -122,7 +124,9 @@ def test_moonraker_reads_time_filament_temperatures_and_the_picture(moon, feed_k
     profile = profiles.load(name)
     assert found["first_layer_extr_temp"] == profile.material.nozzle_temperature_c
     assert found["first_layer_bed_temp"] == profile.material.bed_temperature_c
-    assert "object_height" not in found  # it looks for a plain G1 Z, which no sheet has at its top
+    assert found["object_height"] == pytest.approx(
+        0.25 / 2 + np.ptp(hatch(SHEET).segments[:, :, 1]), abs=1e-3
+    )
 
 
 @on_moonraker
