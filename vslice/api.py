@@ -27,9 +27,9 @@ from vslice.pipeline import slice_grid as _slice
 from vslice.printable import Conflicts
 
 __all__ = [
-    "ReadProgram",
     "Grid",
     "Profile",
+    "ReadProgram",
     "Report",
     "Sliced",
     "check_program",
@@ -99,8 +99,8 @@ def slice_grid(
 ) -> Sliced:
     """Hatch, order, route and build; the same input gives the same program.
 
-    The result has ``plan`` with its lengths, ``program`` with its moves and seconds, ``result`` with the order
-    and its bound, and ``advice()``. A notebook shows it as a page that plays it.
+    The result has ``plan`` with its lengths, ``program`` with its moves and seconds, ``result`` with the
+    order and its bound, and ``advice()``. A notebook shows it as a page that plays it.
 
     Args:
         sheet: a grid, or its file.
