@@ -12,7 +12,9 @@ from gcode.check import check
 from gcode.estimate import seconds_of
 from gcode.limits import Dynamics
 from gcode.moves import Kind
+from gcode.preview import Drawing, not_drawn
 from profiles import ProfileError
+from slicer.hatch import hatch
 
 SHEET = make_grid([[-45, -20], [30, 90]])
 SHIPPED = [name for name in profiles.shipped() if name != "paper"]
@@ -31,6 +33,10 @@ def test_every_shipped_machine_prints_what_the_check_passes(name):
     assert check(moves, profile, SHEET).violations == []
     assert f";FLAVOR:{profile.flavor.title}" in lines[:3]
     assert seconds_of(moves, profile).sum() > 1
+    assert not_drawn(moves, profile) == []
+    drawn = Drawing.of_moves(moves, profile)
+    assert len(drawn.toolpaths) == len(hatch(SHEET).segments)
+    assert len(drawn.travels) == len(Drawing.of_moves(*made(f"marlin-{name.partition('-')[2]}")[1:]).travels)
     # Read as another firmware's it would be another print, or none.
     if name.startswith("grbl"):
         assert check(moves, profiles.load("marlin-generic", [POINT]), SHEET).violations != []
