@@ -8,6 +8,7 @@ from making import BARE, POINT, make_grid, make_lines, read_lines
 
 import profiles
 from dialect.flavor import FLAVORS, MARLIN, flavor_called
+from gcode import carried
 from gcode.check import check
 from gcode.estimate import seconds_of
 from gcode.limits import Dynamics
@@ -73,6 +74,8 @@ def test_grbl_gets_words_that_it_has():
         "M2",
     }
     assert max(map(len, commands)) < 80
+    assert max(map(len, lines)) < 100  # comments too, but for where they cannot be cut beside a blank
+    assert carried.read([line[1:] for line in lines if line[0] == ";"], "part").profile.gcode.flavor == "grbl"
     assert not any("E" in line for line in commands)
     along = [float(word[1:]) for line in commands[3:] for word in line.split() if word[0] == "A"]
     drawn_back = profiles.load("grbl-syringe").motion.retract_mm
