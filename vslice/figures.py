@@ -4,7 +4,7 @@ Fields are added in later versions, none is taken away or changes its unit.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter
@@ -144,6 +144,39 @@ class ProfileFigures(Figures):
     build_volume_mm: tuple[float, float, float]
 
 
+class Table(Figures):
+    """A table as it is printed, with its numbers as numbers."""
+
+    columns: list[str]
+    rows: list[list[float | str]]
+
+
+class PaperFigures(Figures):
+    """``vslice paper --json``: its tables, and the names of the figures that were drawn."""
+
+    tables: list[Table]
+    figures: list[str]
+
+
+def of_paper(tables: Sequence[str], figures: Sequence[str]) -> PaperFigures:
+    """The figures of a reproduction, from its tables in Markdown."""
+    found = []
+    for table in tables:
+        lines = [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in table.splitlines()]
+        head, _, *rows = [
+            cells for cells, line in zip(lines, table.splitlines(), strict=True) if line[:1] == "|"
+        ]
+        found.append(Table(columns=head, rows=[[_number(cell) for cell in row] for row in rows]))
+    return PaperFigures(tables=found, figures=list(figures))
+
+
+def _number(cell: str) -> float | str:
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
+
+
 def _compare() -> Any:
     from vslice.comparison.methods import Row
 
@@ -164,6 +197,7 @@ SCHEMAS: dict[str, Callable[[], Any]] = {
     "upload": lambda: UploadFigures,
     "compare": _compare,
     "nozzles": _nozzles,
+    "paper": lambda: PaperFigures,
     "profiles": lambda: list[ProfileFigures],
 }
 """By command: what it prints, imported when it is asked for."""

@@ -34,6 +34,7 @@ CASES = {
     "send": "send part.gcode --dry-run --json",
     "compare": "compare sheet.json --methods greedy --json",
     "nozzles": "nozzles sheet.json --only 25G,22G --json",
+    "paper": "paper --seeds 10 --grids 1 --effort quick --json",
     "profiles": "profiles --json",
 }
 

@@ -4,7 +4,7 @@ import click
 
 from vslice.terminal.session import common
 
-COMMANDS = ("slice", "orient", "check", "send", "upload", "compare", "nozzles", "profiles")
+COMMANDS = ("slice", "orient", "check", "send", "upload", "compare", "nozzles", "paper", "profiles")
 
 
 @click.command("json-schema", epilog="Example: vslice json-schema check > check.schema.json")
