@@ -1,5 +1,6 @@
 """What Marlin has room for in a line, and what it must never be sent."""
 
+import math
 import re
 
 MAX_LINE = 95
@@ -11,13 +12,20 @@ def unescaped(line: bytes) -> bytes:
     return re.sub(rb"\\(.?)", rb"\1", line, flags=re.DOTALL)
 
 
-def fault_of(command: str, highest_number: int) -> str | None:
-    """Why ``command`` must never be sent as a numbered line, or None if it may be."""
+def fault_of(
+    command: str, highest_number: int, max_line: int | None = MAX_LINE, title: str = "Marlin"
+) -> str | None:
+    """Why ``command`` must never be sent as a numbered line, or None if it may be.
+
+    Args:
+        max_line: the longest line of the firmware, number and checksum included; None for any.
+        title: its name, for the message.
+    """
     length = len(unescaped(command.encode(errors="replace")))
-    room = MAX_LINE - len(b"N%d *255" % highest_number)
+    room = math.inf if max_line is None else max_line - len(b"N%d *255" % highest_number)
     if length > room:
         return (
-            f"it has {length} bytes, and Marlin takes at most {room} beside line number and checksum: "
+            f"it has {length} bytes, and {title} takes at most {room} beside line number and checksum: "
             "shorten it"
         )
     if any(letter < " " or letter == "\x7f" for letter in command):

@@ -11,8 +11,10 @@ from functools import reduce
 from operator import xor
 from typing import NamedTuple
 
+from dialect.block import commands_of
 from dialect.commands import TEXT_COMMANDS
 from dialect.errors import ReadError
+from dialect.flavor import MARLIN, Flavor
 from dialect.line_limits import fault_of
 from dialect.words import canonical
 
@@ -38,41 +40,84 @@ class Line(NamedTuple):
     comment: str | None
 
 
-def read(lines: Iterable[str], name: str = "") -> Iterator[Line]:
+def read(lines: Iterable[str], name: str = "", flavor: Flavor = MARLIN) -> Iterator[Line]:
     """Read a program, line by line; see ``dialect.source`` for files.
+
+    A line of grbl may hold several commands: then it gives several, of one number.
 
     Args:
         lines: with or without their line ends.
         name: of the program, for messages.
+        flavor: the firmware that it is for.
 
     Raises:
-        ReadError: a line that is no command, a checksum that does not fit, or what Marlin cannot take.
+        ReadError: a line that is no command, a checksum that does not fit, or what the firmware cannot take.
     """
+    motion = "G0"
     for number, raw in enumerate(lines, 1):
-        if len(raw) < _SURELY_SHORT and _MOVE.fullmatch(raw):
+        if len(raw) < _SURELY_SHORT and _MOVE.fullmatch(raw) and not flavor.words_per_line:
             yield Line(number, raw, None)
             continue
         try:
-            yield Line(number, *_split(raw, number))
+            if flavor.words_per_line:
+                commands, comment, motion = _block(raw, motion, flavor)
+                for k, command in enumerate(commands or [""]):
+                    yield Line(number, command, None if k else comment)
+            else:
+                yield Line(number, *_split(raw, number, flavor))
         except ReadError as error:
             place = f"{name}: line {number}" if name else f"line {number}"
             raise ReadError(f"{place}: {error}") from None
 
 
-def clean(line: str) -> str:
+def clean(line: str, flavor: Flavor = MARLIN) -> str:
     """The command of a single line, such as one of a profile or one that was typed; "" for none.
 
     Raises:
-        ReadError: as ``read``, without a place.
+        ReadError: as ``read``, without a place; or it holds several commands.
     """
-    return _split(line, 1)[0]
+    if not flavor.words_per_line:
+        return _split(line, 1, flavor)[0]
+    commands, _, _ = _block(line, "G0", flavor)
+    if len(commands) > 1:
+        raise ReadError(f"{', '.join(commands)}: give each command a line of its own")
+    return commands[0] if commands else ""
 
 
-def _split(raw: str, number: int) -> tuple[str, str | None]:
+def _block(raw: str, motion: str, flavor: Flavor) -> tuple[list[str], str | None, str]:
+    """The commands of a line of grbl, its comment, and the move that goes on behind it."""
+    text = _plain(raw)
+    _, shown, comment = _without_comments(text)
+    numbered = _NUMBERED.match(shown.lstrip(_BLANKS))
+    shown = shown.lstrip(_BLANKS)[numbered.end() if numbered else 0 :].strip(_BLANKS)
+    if not shown.isascii():
+        odd = next(letter for letter in shown if not letter.isascii())
+        raise ReadError(f"{_legible(odd)!a} is no letter of G-code; only comments may have it")
+    size = len(shown.replace(" ", "").replace("\t", ""))  # grbl keeps no blanks
+    if flavor.max_line is not None and size > flavor.max_line:
+        raise ReadError(f"the line has {size} bytes, and {flavor.title} takes at most {flavor.max_line}")
+    commands: list[str] = []
+    if shown not in ("", "%"):
+        commands, motion = commands_of(shown, motion)
+    return commands, None if comment is None else _legible(comment), motion
+
+
+def _plain(raw: str) -> str:
+    """A line without its end and what stands before it.
+
+    Raises:
+        ReadError: it is no text.
+    """
     if len(raw) > MAX_RAW or "\0" in raw:
         raise ReadError(f"this is no line of G-code, it is binary or has {len(raw)} characters")
-    text = raw.rstrip("\r\n").lstrip("\ufeff" + _BLANKS)
+    return raw.rstrip("\r\n").lstrip("\ufeff" + _BLANKS)
+
+
+def _split(raw: str, number: int, flavor: Flavor) -> tuple[str, str | None]:
+    text = _plain(raw)
     kept, shown, comment = (_without_text_comment if _is_text(text) else _without_comments)(text)
+    if not flavor.parentheses and "(" in kept and not _is_text(text):
+        raise ReadError(f"{flavor.title} takes no comment in parentheses: put it behind a semicolon")
     numbered = _NUMBERED.match(shown.lstrip(_BLANKS))
     is_text = _is_text(shown)
     command = _verified(kept, shown, numbered is not None, is_text).lstrip(_BLANKS)
@@ -81,7 +126,7 @@ def _split(raw: str, number: int) -> tuple[str, str | None]:
         command = ""
     if command:
         command = _text_command(_legible(command)) if is_text else _other_command(command)
-        if fault := fault_of(command, 10 * number + 1000):
+        if fault := fault_of(command, 10 * number + 1000, flavor.max_line, flavor.title):
             # Lines of the sender's own share the numbers; ten times the line leaves room for them.
             raise ReadError(f"{command[:40]!a}: {fault}")
     return command, None if comment is None else _legible(comment)

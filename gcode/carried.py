@@ -15,6 +15,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from dialect.errors import ReadError
+from dialect.flavor import GRBL
 from dialect.source import load
 from gcode.errors import ParseError
 from profiles import Profile, ProfileError, made
@@ -49,12 +50,14 @@ def write(profile: Profile, name: str, version: str) -> Iterator[str]:
     """The lines of the block, without line ends; the same profile gives the same lines."""
     entries = {"name": name, "version": version}
     entries |= {f"{section}.{key}": value for section, key, value in _settings(profile)}
+    # Senders for grbl count bytes, and wait for ever with a line that its buffer cannot hold.
+    width = GRBL.max_line - len("; + ") if profile.flavor is GRBL and GRBL.max_line else LINE
     yield f"; {BEGIN}"
     for key, value in entries.items():
         text = f"{key} = {_json(value)}"
         first = True
         while text:
-            end = _cut(text)
+            end = _cut(text, width)
             yield f"; {'' if first else MORE}{text[:end]}"
             text, first = text[end:], False
     yield f"; {END} {HASH}{_hash(entries)}"
@@ -200,9 +203,9 @@ def _hash(entries: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _cut(text: str) -> int:
+def _cut(text: str, width: int) -> int:
     """Where a line ends: never beside a blank, since editors drop blanks at the ends of lines."""
-    end = min(len(text), LINE)
+    end = min(len(text), width)
     while end < len(text) and (text[end - 1].isspace() or text[end].isspace()):
         end += 1
     return end

@@ -67,7 +67,7 @@ def check_file(path: Path, profile: Profile, grid: "Grid | None" = None) -> Repo
     Raises:
         ParseError: the file cannot be read, or is no G-code of the kind that is read here.
     """
-    return check(read_moves(path, plane=profile.machine.plane), profile, grid)
+    return check(read_moves(path, plane=profile.machine.plane, flavor=profile.flavor), profile, grid)
 
 
 def check(moves: list[Move], profile: Profile, grid: "Grid | None" = None) -> Report:

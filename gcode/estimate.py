@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gcode.limits import Dynamics
-from gcode.lookahead import Queue, klipper_times, marlin_times
+from gcode.limits import Dynamics, in_plane
+from gcode.lookahead import Queue, klipper_times, marlin_times, reprap_times
 from gcode.moves import Kind, Move
 from profiles import Profile
 
@@ -17,7 +17,26 @@ FIRST_SPEED_MM_S = 25.0
 FEW_MOVES, START_DELAY_S = 3, 0.1
 """Marlin holds fewer moves than these back for so long, in case more come (BLOCK_DELAY_FOR_1ST_MOVE)."""
 STOPS = frozenset(
-    ("G4", "G28", "G29", "G92", "M0", "M1", "M3", "M4", "M5", "M18", "M84", "M226", "M400", "M600")
+    (
+        "G4",
+        "G28",
+        "$H",
+        "G29",
+        "G92",
+        "M0",
+        "M1",
+        "M3",
+        "M4",
+        "M5",
+        "M7",
+        "M8",
+        "M9",
+        "M18",
+        "M84",
+        "M226",
+        "M400",
+        "M600",
+    )
 )
 """Commands that wait until all moves have ended."""
 
@@ -71,6 +90,11 @@ def seconds_of(moves: Sequence[Move], profile: Profile) -> NDArray[np.float64]:
     if profile.machine.planner == "klipper":
         machine = profile.machine
         times = klipper_times(queue, machine.square_corner_velocity_mm_s, machine.minimum_cruise_ratio)
+    elif profile.machine.planner == "reprapfirmware":
+        times = reprap_times(queue, np.array(in_plane(profile.machine.jerk_mm_s, profile.machine.plane)))
+    elif profile.machine.planner == "grbl":
+        deviation = np.full(len(table), profile.machine.junction_deviation_mm)
+        times = marlin_times(queue, deviation, arcs=False)
     else:
         which = table[:, 6].astype(np.intp)
         deviation = np.array([known.junction_deviation_mm for known in limits])[which]
@@ -129,7 +153,7 @@ def _steps(
             elif kind == Kind.COMMAND and move.text.strip():
                 code = move.text.upper().split(maxsplit=1)[0]
                 begins = begins or code in STOPS
-                if code == "G28":
+                if code in ("G28", "$H"):
                     # Axes that it names have no known place afterwards; where they stand is known here.
                     x, y, depth = (
                         at if math.isnan(told) else told

@@ -72,7 +72,7 @@ def _valve(moves: list[Move], profile: Profile) -> tuple[list[Violation], list[b
 
 def _shown(lines: tuple[str, ...], profile: Profile) -> list[str]:
     """Commands as the reader gives them, without waits: those turn nothing."""
-    commands = map(clean, render(lines, profile.values))
+    commands = [clean(line, profile.flavor) for line in render(lines, profile.values)]
     return [command for command in commands if command and code_of(command) not in WAITS]
 
 

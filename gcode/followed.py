@@ -6,8 +6,10 @@ profile's own start and end blocks.
 """
 
 import math
+import re
 
-from dialect.commands import EMPTIES_QUEUE, IMMEDIATE_OUTPUTS, code_of
+from dialect.commands import IMMEDIATE_OUTPUTS, code_of
+from dialect.flavor import Flavor
 from dialect.reader import clean
 from dialect.words import values_of
 from gcode.moves import Kind, Move
@@ -23,7 +25,7 @@ from gcode.ranges import (
 from gcode.violation import Violation
 from profiles import Profile, render
 
-BARE = frozenset({"G21", "G90", "G91", "M82", "M83", "M400", "M105", "M114"})
+BARE = frozenset({"G21", "G90", "G91", "G94", "M82", "M83", "M400", "M105", "M114"})
 """Modes that are followed, waits and questions; none has words."""
 
 FANS = frozenset({"M106", "M107"})
@@ -45,6 +47,9 @@ NEVER = frozenset(
 )
 """Curves, other coordinates, other scales, other programs, an emergency stop: wrong wherever they stand."""
 
+ACCELERATION_ALONE = re.compile(r"SET_VELOCITY_LIMIT ACCEL=[1-9][0-9]{0,5}(?:\.[0-9]+)?", re.IGNORECASE)
+"""Klipper's own way to change how fast speeds change."""
+
 PROBES = frozenset(f"G{code}" for code in (12, 29, 30, 32, 33, 34, 35, 38, 76, 80, 425)) | frozenset(
     {"M48", "M401", "BED_MESH_CALIBRATE", "QUAD_GANTRY_LEVEL", "Z_TILT_ADJUST", "SCREWS_TILT_CALCULATE"}
     | START_MACROS
@@ -59,6 +64,7 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
         printing: for each move, whether it lays material.
     """
     allowed = {name.upper() for name in profile.gcode.allowed_commands}
+    flavor = profile.flavor
     valve = set(valve_lines(profile)) if profile.material.feed == "pneumatic" else set()
     start, end = _block(profile.gcode.start, profile), _block(profile.gcode.end, profile)
     outputs = {_output(line) for line in valve} - {None}
@@ -78,17 +84,21 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
             continue
         code = code_of(move.text)
         middle = first < k < last
-        if code in EMPTIES_QUEUE:
+        if code in flavor.empties_queue:
             queued = False
-        if queued and middle and code in IMMEDIATE_OUTPUTS:
-            text = f"{move.text} acts when it is read, while moves before it are queued: put M400 before it"
+        turns = code in flavor.immediate_outputs and (code in IMMEDIATE_OUTPUTS or move.text in valve)
+        if queued and middle and turns:
+            text = (
+                f"{move.text} acts when it is read, while moves before it are queued: put {flavor.wait} "
+                "before it"
+            )
             found.append(Violation(move.line, "flow", text))
         if code in allowed or move.text in valve:
             continue
-        if code == "G28":
+        if code == flavor.homing:
             homed = True
         own = move.text in (start if k < first else end if k > last else ())
-        why = None if own else _anywhere(move.text, code, profile)
+        why = None if own else flavor.unknown(code) or _anywhere(move.text, code, profile)
         if (
             why is None
             and not own
@@ -104,7 +114,7 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
         elif why is None and middle:
             why = _in_the_middle(move.text, code, profile)
         elif why is None and not own and code not in (*HEATERS, *SETTINGS, *NO_EFFECT, "M302"):
-            why = why_not(move.text, behind=k > last) if laid else None
+            why = why_not(move.text, k > last, flavor) if laid else None
         if why is not None:
             found.append(Violation(move.line, "command", f"{move.text} {why}"))
     return found
@@ -121,6 +131,8 @@ def _cold_start(moves: list[Move], profile: Profile) -> list[Violation]:
         return []
     if "M302" in map(str.upper, profile.gcode.allowed_commands):
         return []
+    if profile.flavor.allows_cold is None and wanted < EXTRUDES_FROM_C:
+        return []  # whether it extrudes cold is up to the printer's own settings
     target, reached, least, unseen = None, -math.inf, EXTRUDES_FROM_C, False
     allowed = False
     for move in moves:
@@ -178,7 +190,8 @@ def valve_lines(profile: Profile) -> list[str]:
 
 
 def _block(lines: tuple[str, ...], profile: Profile) -> list[str]:
-    return [command for command in map(clean, render(lines, profile.values)) if command]
+    commands = (clean(line, profile.flavor) for line in render(lines, profile.values))
+    return [command for command in commands if command]
 
 
 def _anywhere(text: str, code: str, profile: Profile) -> str | None:
@@ -199,12 +212,19 @@ def _anywhere(text: str, code: str, profile: Profile) -> str | None:
     if code in HEATERS and words:
         return wrong_temperature(words, code, profile)
     if code in SETTINGS:
-        return out_of_range(text)
+        return out_of_range(text, profile.flavor)
     longer = base in ("G10", "G11") and text != base  # of a tool, a coordinate system, or of another length
     subcode = code != base and base in ("G4", "G20", "G21", "G28", "G90", "G91", "G92")
     numbered = code[1:2].isdigit()
     other_tool = numbered and code[0] == "T" and code != "T0"
-    if base in NEVER or longer or subcode or other_tool or (numbered and code[0] == "O") or base in MACROS:
+    if (
+        base in NEVER - _orients(profile.flavor)
+        or longer
+        or subcode
+        or other_tool
+        or (numbered and code[0] == "O")
+        or base in MACROS
+    ):
         return UNSURE
     return None
 
@@ -218,6 +238,11 @@ def _renames_unknown(before: Move, text: str, profile: Profile) -> bool:
     return any(math.isnan(places[axis]) for axis in axes)
 
 
+def _orients(flavor: Flavor) -> frozenset[str]:
+    """What means another thing to grbl: no offset of tools, the first origin, the end of the program."""
+    return frozenset({"G49", "G54", "M30"}) if flavor.words_per_line else frozenset()
+
+
 UNSURE = "is not followed here; what comes is unsure"
 MACROS = frozenset(f"M{code}" for code in range(810, 820))
 
@@ -227,7 +252,8 @@ def _drives_down(text: str, code: str, profile: Profile) -> bool:
     if code.partition(".")[0] in PROBES:
         return True
     axes = values_of(text).keys() & set("XYZ")
-    return code == "G28" and not profile.printer.build_axis_homes_up and (not axes or "Z" in axes)
+    homes = code == profile.flavor.homing
+    return homes and not profile.printer.build_axis_homes_up and (not axes or "Z" in axes)
 
 
 def _in_the_middle(text: str, code: str, profile: Profile) -> str | None:
@@ -245,6 +271,8 @@ def _in_the_middle(text: str, code: str, profile: Profile) -> str | None:
         return _cold(words, code, profile)
     if code in ACCELERATIONS and words:
         return None  # its values were looked at by ``out_of_range``
+    if code == "SET_VELOCITY_LIMIT" and ACCELERATION_ALONE.fullmatch(text):
+        return None
     return "is not followed in the middle of a print; [gcode] allowed_commands of a profile may allow it"
 
 

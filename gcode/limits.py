@@ -5,8 +5,10 @@ import re
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
+from dialect.flavor import MARLIN, Flavor
 from profiles import Profile
 
+SETTING = re.compile(r"([A-Z_]+)=([-+]?(?:\d+\.?\d*|\.\d+))")
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 
 
@@ -69,6 +71,7 @@ class Dynamics:
     retracting: float
     travelling: float
     junction_deviation_mm: float
+    flavor: Flavor = MARLIN
 
     @classmethod
     def of(cls, profile: Profile) -> Self:
@@ -82,22 +85,29 @@ class Dynamics:
             retracting=motion.retract_acceleration_mm_s2,
             travelling=motion.travel_acceleration_mm_s2,
             junction_deviation_mm=machine.junction_deviation_mm,
+            flavor=profile.flavor,
         )
 
     def after(self, command: str) -> Self:
-        """The limits after a command: M201, M203, M204 and M205 change them, as in Marlin."""
+        """The limits after a command: M201, M203, M204 and M205 change them where they are obeyed."""
         command = command.upper().partition(";")[0]
         code = command.split(maxsplit=1)[0] if command.strip() else ""
-        if code not in ("M201", "M203", "M204", "M205"):
+        if code not in self.flavor.limits:
             return self
+        if code == "SET_VELOCITY_LIMIT":
+            return self._klipper(dict(SETTING.findall(command)).get("ACCEL"))
         given = {letter: float(value) for letter, value in WORD.findall(command[len(code) :])}
         given = {letter: value for letter, value in given.items() if value > 0}
         match code:
             case "M201":
                 return replace(self, acceleration=self._changed(self.acceleration, given))
             case "M203":
+                given = {axis: value / self.flavor.axis_speed_per_s for axis, value in given.items()}
                 return replace(self, speed=self._changed(self.speed, given))
             case "M204":
+                if self.flavor.name == "klipper":  # one acceleration for all: S, or the lesser of P and T
+                    lesser = min(given["P"], given["T"]) if given.keys() >= {"P", "T"} else None
+                    return self._klipper(given.get("S", lesser))
                 both = given.get("S")
                 return replace(
                     self,
@@ -105,8 +115,16 @@ class Dynamics:
                     retracting=given.get("R", self.retracting),
                     travelling=given.get("T", both or self.travelling),
                 )
-            case _:
+            case "M205":
                 return replace(self, junction_deviation_mm=given.get("J", self.junction_deviation_mm))
+            case _:  # jerk of RepRapFirmware, which the estimate takes from the profile
+                return self
+
+    def _klipper(self, acceleration: str | float | None) -> Self:
+        """Klipper has one acceleration for everything but the feed alone."""
+        if acceleration is None or not float(acceleration) > 0:
+            return self
+        return replace(self, printing=float(acceleration), travelling=float(acceleration))
 
     def _changed(self, limits: PerAxis, given: dict[str, float]) -> PerAxis:
         along, across = self.plane[0], "Y" if self.plane == "XZ" else "X"

@@ -44,22 +44,49 @@ class Queue:
     fed: Floats
 
 
-def marlin_times(queue: Queue, deviation_mm: Floats) -> Floats:
+def marlin_times(queue: Queue, deviation_mm: Floats, *, arcs: bool = True) -> Floats:
     """Seconds of each move (m,), with junction deviation as in Marlin's ``planner.cpp``.
 
     The square of the speed at a junction is a·δ·sin(θ/2)/(1 - sin(θ/2)), with the acceleration that the
-    axes allow in the direction in which the corner turns; δ is ``deviation_mm`` (m,).
+    axes allow in the direction in which the corner turns; δ is ``deviation_mm`` (m,). Without ``arcs``, which
+    short moves are pieces of is not guessed: so does grbl's ``planner.c``, whence the rule comes.
     """
     if len(queue.length) == 0:
         return np.empty(0)
-    most = _marlin_junctions(queue, deviation_mm)
+    return _planned(queue, _marlin_junctions(queue, deviation_mm, arcs))
+
+
+def reprap_times(queue: Queue, jerk_mm_s: Floats) -> Floats:
+    """Seconds of each move (m,), where the speed of no axis jumps by more than ``jerk_mm_s`` (4,).
+
+    So does RepRapFirmware's ``DDA::MatchSpeeds`` (its default, M566 P0, only between moves of a kind).
+    """
+    if len(queue.length) == 0:
+        return np.empty(0)
+    # Speeds are along the path, or of the feed where that moves alone.
+    part = (
+        queue.unit / np.where(queue.moves_nozzle, np.sqrt((queue.unit[:, :3] ** 2).sum(axis=1)), 1.0)[:, None]
+    )
+    most = np.zeros(len(part))
+    jump = np.abs(part[1:] - part[:-1])
+    with np.errstate(divide="ignore"):
+        corner = (jerk_mm_s / jump).min(axis=1) ** 2
+    nominal = np.minimum(queue.speed[1:], queue.speed[:-1]) ** 2
+    alike = (queue.fed[1:] > 0) == (queue.fed[:-1] > 0)
+    goes_on = ~queue.begins[1:] & alike & queue.moves_nozzle[1:] & queue.moves_nozzle[:-1]
+    most[1:] = np.where(goes_on, np.minimum(corner, nominal), 0.0)
+    return _planned(queue, most)
+
+
+def _planned(queue: Queue, most: Floats) -> Floats:
+    """Seconds of each move that begins with at most these squares of speeds, and stops at the end."""
     gain = 2 * queue.acceleration * queue.length
     entry = np.array(_reachable(most.tolist(), gain.tolist()))
     leave = np.append(entry[1:], 0.0)
     return _trapezoid(queue.length, queue.acceleration, entry, leave, queue.speed**2)
 
 
-def _marlin_junctions(queue: Queue, deviation_mm: Floats) -> Floats:
+def _marlin_junctions(queue: Queue, deviation_mm: Floats, arcs: bool) -> Floats:
     """The highest square of the speed with which each move may begin."""
     unit = queue.unit
     most = np.zeros(len(unit))
@@ -75,7 +102,7 @@ def _marlin_junctions(queue: Queue, deviation_mm: Floats) -> Floats:
     clipped = np.maximum(cosine, -STRAIGHT_ON)
     sine = np.sqrt(np.maximum(0.0, (1 - clipped) / 2))
     square = acceleration * deviation_mm[1:] * sine / (1 - sine)
-    arc = (queue.length[1:] < SMALL_MM) & (cosine < -OCTAGON)
+    arc = (queue.length[1:] < SMALL_MM) & (cosine < -OCTAGON) & arcs
     angle = np.arccos(np.clip(-clipped, -1.0, 1.0))
     square = np.where(arc, np.minimum(square, queue.length[1:] * acceleration / angle), square)
     square = np.where(cosine > STRAIGHT_ON, 0.0, square)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from dialect.commands import code_of
 from dialect.errors import ReadError
+from dialect.flavor import MARLIN, Flavor
 from dialect.reader import read
 from dialect.source import Source, load
 from gcode.errors import ParseError
@@ -40,7 +41,9 @@ class _Machine:
     speed_mm_s: float = DEFAULT_SPEED_MM_S
 
 
-def parse(lines: Iterable[str], *, plane: str = "XZ", name: str = "") -> Iterator[Move]:
+def parse(
+    lines: Iterable[str], *, plane: str = "XZ", name: str = "", flavor: Flavor = MARLIN
+) -> Iterator[Move]:
     """Follow G-code, line by line, as ``dialect.reader`` reads it.
 
     Followed are G0, G1, G4, G10, G11, G20, G21, G28, G90, G91, G92, M82 and M83. Any other command becomes
@@ -52,20 +55,22 @@ def parse(lines: Iterable[str], *, plane: str = "XZ", name: str = "") -> Iterato
     Args:
         plane: "XZ" or "YZ", which axes ``x_mm`` and ``y_mm`` of the moves are.
         name: of the program, for messages.
+        flavor: the firmware that it is for.
 
     Raises:
         ParseError: a line that is refused by the reader.
     """
     try:
-        yield from _follow(lines, plane, name)
+        yield from _follow(lines, plane, name, flavor)
     except ReadError as error:
         raise ParseError(str(error)) from None
 
 
-def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
+def _follow(lines: Iterable[str], plane: str, name: str, flavor: Flavor) -> Iterator[Move]:
     machine = _Machine()
     horizontal, across = ("X", "Y") if plane == "XZ" else ("Y", "X")
-    for number, text, comment in read(lines, name):
+    elsewhere = ELSEWHERE if flavor.homing == "G28" else ELSEWHERE | {"G28"}
+    for number, text, comment in read(lines, name, flavor):
         at = machine.position
         here = (at[horizontal], at["Z"], at[across])
         if comment is not None:
@@ -73,11 +78,13 @@ def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
         if not text:
             continue
         code = code_of(text)
+        if code == flavor.homing:
+            code = "G28"
         base = code.partition(".")[0]
-        words = _values(text) if code in FOLLOWED else {}
+        words = _values(text) if code in FOLLOWED and not text.startswith("$") else {}
         if base in CURVES:
             _motion(machine, "G1", {w: v for w, v in _values(text).items() if w in FOLLOWED_WORDS})
-        elif base in ELSEWHERE:
+        elif base in elsewhere:
             machine.position.update(dict.fromkeys("XYZ", math.nan))
         odd = text if code in MOTION and (words.keys() - FOLLOWED_WORDS or words.get("F", 1.0) <= 0) else ""
         if code in MOTION and _goes_blind(machine, words):
@@ -98,10 +105,10 @@ def _follow(lines: Iterable[str], plane: str, name: str) -> Iterator[Move]:
                 rapid=code == "G0",
             )
         elif code == "G4":
-            seconds = words.get("S", words.get("P", 0.0) / 1000)  # Marlin: S overrules P
-            odd = "" if words and words.keys() <= {"S", "P"} else text
+            seconds = flavor.dwell_s(words)
+            odd = "" if words and words.keys() <= flavor.dwell_words else text
             yield Move(Kind.DWELL, *here, seconds=seconds, text=odd, line=number)
-        elif text in ("G10", "G11"):
+        elif text in ("G10", "G11") and flavor.firmware_retraction:
             kind = Kind.FIRMWARE_RETRACT if code == "G10" else Kind.FIRMWARE_PRIME
             yield Move(kind, *here, line=number)
         elif not _mode(machine, code, words) or code not in MOTION or odd:
@@ -118,17 +125,17 @@ def moves_unseen(command: str) -> bool:
     return base in CURVES or base in ELSEWHERE or base in ("G28", "G29") or not base[1:].isdigit()
 
 
-def read_moves(source: Source | Path, *, plane: str = "XZ") -> list[Move]:
+def read_moves(source: Source | Path, *, plane: str = "XZ", flavor: Flavor = MARLIN) -> list[Move]:
     """The moves of a G-code file; see ``parse``.
 
     Raises:
-        ParseError: the file cannot be read, or holds what no Marlin could be sent.
+        ParseError: the file cannot be read, or holds what its firmware could not be sent.
     """
     try:
         source = load(source) if isinstance(source, Path) else source
     except ReadError as error:
         raise ParseError(str(error)) from None
-    return list(parse(source.lines, plane=plane, name=source.name))
+    return list(parse(source.lines, plane=plane, name=source.name, flavor=flavor))
 
 
 def _values(command: str) -> dict[str, float]:

@@ -8,6 +8,7 @@ what is known to be harmless, so that a command that nobody thought of is named.
 import re
 
 from dialect.commands import code_of
+from dialect.flavor import GRBL, MARLIN, Flavor
 from dialect.words import values_of
 
 
@@ -26,6 +27,9 @@ HARMLESS = frozenset(
     | {"T0"}
 )
 
+HARMLESS_TO_GRBL = _codes("G", "17 40 49 54 61 94") | {"$H"}
+"""Homing, and how a program without curves is read anyway."""
+
 MACROS = frozenset({
     "START_PRINT", "PRINT_START", "END_PRINT", "PRINT_END", "BED_MESH_CALIBRATE", "BED_MESH_PROFILE",
     "BED_MESH_CLEAR", "RESPOND", "QUAD_GANTRY_LEVEL", "Z_TILT_ADJUST", "SCREWS_TILT_CALCULATE",
@@ -34,8 +38,9 @@ MACROS = frozenset({
 })  # fmt: skip
 """Klipper's own that prepare or end, and the names that start and end blocks have by custom."""
 
-ENDING = frozenset({"M18", "M81", "M84", "TURN_OFF_HEATERS"})
-"""Motors, power and heaters off: before a print they lose the position or the heat that it needs."""
+ENDING = frozenset({"M2", "M18", "M30", "M81", "M84", "TURN_OFF_HEATERS"})
+"""Motors, power and heaters off, the end of a program: before a print they lose the position or the heat that
+it needs."""
 
 START_MACROS = frozenset({"START_PRINT", "PRINT_START"})
 """By custom they heat, home and fill the nozzle, in a way that only the printer knows."""
@@ -52,7 +57,7 @@ def asks_host(message: str) -> bool:
     return "action:" in re.sub(r"[\\\"'\s]", "", message.lower())
 
 
-def why_not(text: str, behind: bool) -> str | None:
+def why_not(text: str, behind: bool, flavor: Flavor = MARLIN) -> str | None:
     """Why a command may not stand before the print, or ``behind`` it; None if it may."""
     code = code_of(text)
     if code in ENDING:
@@ -65,7 +70,7 @@ def why_not(text: str, behind: bool) -> str | None:
         return None
     if base == "M486" and words.keys() & {"P", "C"}:
         return "cancels objects, so that moves are skipped"
-    if base in HARMLESS:
+    if base in HARMLESS or (flavor is GRBL and code in HARMLESS_TO_GRBL):
         return None
     if base[1:].isdigit():
         return "may change what the machine makes of the moves; [gcode] allowed_commands may allow it"

@@ -17,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from gcode.feeding import check_feeding
+from gcode.followed import valve_lines
 from gcode.moves import Kind, Move
 from gcode.parse import moves_unseen
 from gcode.strokes import motions, prime_strokes
@@ -82,8 +83,9 @@ class Drawing:
         from_toolpath: list[int] = []
         line: list[int] = []
         trail: list[list[float]] = []
+        own = _own(profile)
         for move, prints in zip(moves, printing, strict=True):
-            if move.kind == Kind.COMMAND and moves_unseen(move.text):
+            if move.kind == Kind.COMMAND and move.text not in own and moves_unseen(move.text):
                 if len(trail) > 1 and toolpaths:
                     travels.append(np.array(trail))
                     from_toolpath.append(len(toolpaths))
@@ -120,7 +122,14 @@ def not_drawn(moves: list[Move], profile: Profile) -> list[Move]:
     if len(laid) == 0:
         return []
     inside = moves[laid[0] : laid[-1]]
-    return [move for move in inside if move.kind != Kind.COMMENT and move.text and moves_unseen(move.text)]
+    own = _own(profile)
+    told = [move for move in inside if move.kind != Kind.COMMENT and move.text and move.text not in own]
+    return [move for move in told if moves_unseen(move.text)]
+
+
+def _own(profile: Profile) -> set[str]:
+    """Commands that are known to move nothing, such as Klipper's SET_PIN, which is a macro to all others."""
+    return set(valve_lines(profile)) if profile.material.feed == "pneumatic" else set()
 
 
 def draw_grid(grid: "Grid", *, show: Literal["tilts", "toolpaths"] = "tilts") -> Figure:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from dialect.commands import EMPTIES_QUEUE, IMMEDIATE_OUTPUTS, code_of
+from dialect.commands import code_of
+from dialect.flavor import Flavor
 from dialect.numbers import plain
 from dialect.reader import clean
 from gcode import volume
@@ -119,13 +120,13 @@ def _join_mm(plan: "Plan") -> NDArray[np.float64]:
     return np.where(plan.joined, joins, 0.0)
 
 
-def _when_due(lines: list[str]) -> list[str]:
-    """The lines that turn a valve, behind a wait for the moves before them where Marlin would not wait."""
-    codes = [code_of(command) for command in map(clean, lines)]
-    immediate = next((k for k, code in enumerate(codes) if code in IMMEDIATE_OUTPUTS), None)
-    if immediate is None or set(codes[:immediate]) & EMPTIES_QUEUE:
+def _when_due(lines: list[str], flavor: Flavor) -> list[str]:
+    """The lines that turn a valve, behind a wait for the moves before them where one is needed."""
+    codes = [code_of(clean(line, flavor)) for line in lines]
+    immediate = next((k for k, code in enumerate(codes) if code in flavor.immediate_outputs), None)
+    if immediate is None or set(codes[:immediate]) & flavor.empties_queue:
         return lines
-    return ["M400", *lines]
+    return [flavor.wait, *lines]
 
 
 class _Writer:
@@ -138,8 +139,8 @@ class _Writer:
         self.depth = profile.machine.fixed_mm
         self.limits = AxisLimits.of(profile)
         self.top = profile.machine.build_corner_mm[2] + profile.machine.build_volume_mm[2]
-        self.open_lines = _when_due(render(profile.gcode.valve_open, profile.values))
-        self.close_lines = _when_due(render(profile.gcode.valve_close, profile.values))
+        self.open_lines = _when_due(render(profile.gcode.valve_open, profile.values), profile.flavor)
+        self.close_lines = _when_due(render(profile.gcode.valve_close, profile.values), profile.flavor)
         self.x = self.y = math.nan
         self.toolpath = -1
         self.flowing = profile.material.feed != "pneumatic"  # a loaded feed is ready; a valve starts closed
@@ -155,7 +156,7 @@ class _Writer:
         profile = self.profile
         yield self._comment("TYPE:CUSTOM")
         yield from self._commands(render(profile.gcode.start, profile.values))
-        yield from self._commands(["G21", "G90", "M83"])
+        yield from self._commands(list(profile.flavor.modes))
         if len(plan.toolpaths):
             if profile.motion.prime_mm:
                 where = volume.prime_line(plan.toolpaths, height, profile, self.shift, self.body)

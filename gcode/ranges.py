@@ -3,6 +3,7 @@
 import math
 
 from dialect.commands import code_of
+from dialect.flavor import MARLIN, Flavor
 from dialect.words import values_of
 from profiles import Profile
 
@@ -52,14 +53,15 @@ SETTINGS: dict[str, dict[str, tuple[float, float]]] = {
 """Settings that change how fast, never where: of each its words, and their least and greatest value."""
 
 
-def out_of_range(text: str) -> str | None:
+def out_of_range(text: str, flavor: Flavor = MARLIN) -> str | None:
     """What is wrong with the words of a command of ``SETTINGS``; None where nothing is, as without words."""
     code = code_of(text)
+    factor = flavor.axis_speed_per_s if code == "M203" else 1.0
     for letter, value in values_of(text).items():
         limits = SETTINGS[code].get(letter)
         if limits is None:
             return f"has a word that is not followed here ({letter})"
-        low, high = limits
+        low, high = limits[0] * factor, limits[1] * factor
         if value is None or not low <= value <= high:
             what = "nothing" if value is None else f"{value:g}"
             allowed = f"only {low:g} is" if low == high else f"{low:g} to {high:g} are"

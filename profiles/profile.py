@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from dialect.flavor import FLAVORS, Flavor
 from profiles.template import check_template
 
 
@@ -23,6 +24,7 @@ FeedLength = Annotated[float, _between(0, 1000)]
 # F is written in tenths of mm/min: slower than a tenth, 0.0017 mm/s, cannot be said.
 Speed = Annotated[float, _between(0.002, 10_000)]
 Acceleration = Annotated[float, _between(0.1, 1_000_000)]
+Jerk = Annotated[float, _between(0.001, 1000)]
 Temperature = Annotated[float, _between(0, 2000)]
 Dwell = Annotated[float, _between(0, 3600)]
 Wait = Annotated[float, _between(0.01, 86_400)]
@@ -77,11 +79,16 @@ class Machine(_Section):
     max_acceleration_mm_s2: tuple[Acceleration, Acceleration, Acceleration, Acceleration] = Field(
         (1000.0, 1000.0, 100.0, 5000.0), description="Highest acceleration of X, Y, Z and E (Marlin: M201)."
     )
-    planner: Literal["marlin", "klipper"] = Field(
+    planner: Literal["marlin", "klipper", "reprapfirmware", "grbl"] = Field(
         "marlin", description="Whose planning of speeds at corners the estimated time follows."
     )
     junction_deviation_mm: Annotated[float, _between(0.0001, 10)] = Field(
         0.013, description="How far a corner may be cut, in theory (Marlin: M205 J, whose default this is)."
+    )
+    jerk_mm_s: tuple[Jerk, Jerk, Jerk, Jerk] = Field(
+        (15.0, 15.0, 0.2, 2.0),
+        description="By how much the speed of X, Y, Z and E may jump at a corner (RepRapFirmware: M566 in "
+        "mm/min).",
     )
     square_corner_velocity_mm_s: Annotated[float, _between(0, 1000)] = Field(
         5.0, description="Speed through a right angle (Klipper, whose default this is)."
@@ -225,6 +232,9 @@ class Nozzle(_Section):
 class Gcode(_Section):
     """Blocks of G-code. ``{name}`` stands for the setting of that name in any section."""
 
+    flavor: Literal["marlin", "klipper", "reprapfirmware", "grbl"] = Field(
+        "marlin", description="The firmware whose G-code is written and read (docs/hosts.md)."
+    )
     start: tuple[str, ...] = Field(
         (
             "M140 S{bed_temperature_c}",
@@ -303,6 +313,11 @@ class Profile(_Section):
         }[setting]
 
     @property
+    def flavor(self) -> Flavor:
+        """How its firmware wants programs."""
+        return FLAVORS[self.gcode.flavor]
+
+    @property
     def values(self) -> dict[str, object]:
         """Every setting by its bare name: what a placeholder of a template can stand for."""
         return {
@@ -322,11 +337,21 @@ class Profile(_Section):
             ("printer", "stop_lines"): self.printer.stop_lines,
             ("printer", "resume_home_lines"): self.printer.resume_home_lines,
         }
+        if self.flavor.words_per_line:  # nothing is streamed to grbl, whose lines these would not be
+            blocks = {place: lines for place, lines in blocks.items() if place[0] == "gcode"}
         for (section, key), lines in blocks.items():
             for k, line in enumerate(lines):
-                problem = check_template(line, self.values)
+                problem = check_template(line, self.values, self.flavor)
                 if problem:
                     raise PydanticCustomError("template", f"[{section}] {key}, line {k + 1}: {problem}")
+        if self.motion.firmware_retraction and not self.flavor.firmware_retraction:
+            raise PydanticCustomError(
+                "flavor", f"[motion] firmware_retraction: {self.flavor.title} has none; leave it out."
+            )
+        if self.gcode.progress_m73 and not self.flavor.progress:
+            raise PydanticCustomError(
+                "flavor", f"[gcode] progress_m73: {self.flavor.title} knows no M73; leave it out."
+            )
         for section, key, least, what in LAST_DECIMALS:
             value = getattr(getattr(self, section), key)
             if 0 < value < float(least):

@@ -5,11 +5,12 @@ import string
 from collections.abc import Mapping, Sequence
 
 from dialect.errors import ReadError
+from dialect.flavor import MARLIN, Flavor
 from dialect.numbers import plain
 from dialect.reader import clean
 
 
-def check_template(line: str, values: Mapping[str, object]) -> str | None:
+def check_template(line: str, values: Mapping[str, object], flavor: Flavor = MARLIN) -> str | None:
     """What is wrong with a line, or None: an unknown placeholder, a stray brace, a control character."""
     try:
         parts = list(string.Formatter().parse(line))
@@ -27,7 +28,7 @@ def check_template(line: str, values: Mapping[str, object]) -> str | None:
     if not line.isprintable():
         return f"{line!r} holds a control character; give one line of G-code an entry"
     try:
-        clean(render([line], values)[0])
+        clean(render([line], values)[0], flavor)
     except ReadError as error:
         return f"'{line}': {error}"
     return None

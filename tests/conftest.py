@@ -11,6 +11,13 @@ def pytest_addoption(parser):
     parser.addoption("--regenerate-golden", action="store_true", help="write the golden files anew")
 
 
+@pytest.fixture(autouse=True)
+def no_user_config(monkeypatch, tmp_path):
+    """Tests know nothing of what their user has settled."""
+    monkeypatch.setenv("VSLICE_CONFIG", str(tmp_path / "no-config.toml"))
+    monkeypatch.delenv("VSLICE_API_KEY", raising=False)
+
+
 @pytest.fixture
 def golden(request):
     """Compare text with a file of tests/golden, or write it there with --regenerate-golden."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 import profiles
+from dialect.flavor import MARLIN
 from gcode import emit, program
 from gcode.parse import parse
 from slicer import hatch, sequence, travel
@@ -48,6 +49,6 @@ def make_lines(sheet, profile_name="marlin-generic", *settings):
     return list(emit.emit(make_program(sheet, profile), profile, FACTS))
 
 
-def read_lines(lines, plane="XZ"):
+def read_lines(lines, plane="XZ", flavor=MARLIN):
     """Lines of G-code as moves."""
-    return list(parse(lines, plane=plane))
+    return list(parse(lines, plane=plane, flavor=flavor))

@@ -21,6 +21,7 @@ COMMANDS = {
     "play": "Write a page that plays a program, or two side by side.",
     "check": "Replay a program and verify that it can be printed.",
     "send": "Stream a program to a printer, or see in a dry run what it would do.",
+    "upload": "Hand a program over to OctoPrint, Moonraker, PrusaLink or a Duet.",
     "ports": "List the serial ports of this machine.",
     "console": "Type commands to a printer and see its replies.",
     "emulate": "Be a printer on a pseudo-terminal, for other hosts and for learning.",
@@ -29,6 +30,10 @@ COMMANDS = {
     "study": "Order thousands of sheets, and report what they say.",
     "paper": "Reproduce the source paper's table and figures.",
     "profiles": "List and show the machines that vslice knows.",
+    "config": "Settle the usual profile, nozzle and print hosts.",
+    "help": "Show a page of the documentation in the terminal.",
+    "completion": "Print what lets a shell complete commands and options.",
+    "json-schema": "Print the JSON Schema of what a command prints with --json.",
     "grid-schema": "Print the JSON Schema of a grid file.",
 }
 FLAGS = {"-v", "-vv", "--verbose", "-q", "--quiet"}

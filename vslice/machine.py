@@ -6,10 +6,13 @@ from pathlib import Path
 import click
 
 import profiles
-from dialect.source import Source
+from dialect.errors import ReadError
+from dialect.flavor import flavor_called
+from dialect.source import Source, load
 from gcode import carried
+from gcode.errors import ParseError
 from gcode.head import facts_of, read_head
-from gcode.moves import Kind, Move
+from gcode.moves import Move
 from gcode.parse import read_moves
 from profiles import Profile, ProfileError
 from vslice.pressed import nozzle_name
@@ -54,16 +57,26 @@ def profile_for(
             f"{source}: was made for {lost}, but its end, where that profile stands, is missing: was it cut "
             "off, or were its comments taken out? Slice again, or give the machine with -p."
         )
-    profile = profiles.load(FALLBACK, overrides)
+    fallback = _fallback(comments)
+    profile = profiles.load(fallback, overrides)
     volume = " x ".join(f"{side:g}" for side in profile.machine.build_volume_mm)
     nozzle = f", nozzle {nozzle_name(profile)}" if profile.nozzle.tip_width_mm > 0 else ""
     # An assumption about a machine is no matter of taste: it is told with --quiet too.
     click.echo(
-        f"Warning: {source} does not say which machine it is for; assuming {FALLBACK}, with a build "
+        f"Warning: {source} does not say which machine it is for; assuming {fallback}, with a build "
         f"volume of {volume} mm{nozzle}. Give the machine with -p.",
         err=True,
     )
-    return FALLBACK, profile
+    return fallback, profile
+
+
+def _fallback(comments: Sequence[str]) -> str:
+    """A shipped machine of the flavour that a program names; that of Marlin where it names none."""
+    for comment in comments:
+        key, _, said = comment.strip().replace(" = ", ":").partition(":")
+        if key in ("FLAVOR", "gcode_flavor") and (flavor := flavor_called(said)) is not None:
+            return {"grbl": "grbl-syringe"}.get(flavor.name, f"{flavor.name}-generic")
+    return FALLBACK
 
 
 def _compare(comments: Sequence[str], source: str, name: str, profile: Profile) -> None:
@@ -108,11 +121,9 @@ def read_program(
         ParseError: the file cannot be read, or is no G-code of the kind that is read here.
         ProfileError: no such profile, a setting that is wrong, or a lost profile.
     """
-    moves = read_moves(path)
-    comments = [move.text for move in moves if move.kind == Kind.COMMENT]
-    name, profile = profile_for(
-        comments, path.name if isinstance(path, Source) else str(path), name, overrides
-    )
-    if profile.machine.plane == "YZ":
-        moves = [move._replace(x_mm=move.depth_mm, depth_mm=move.x_mm) for move in moves]
-    return moves, name, profile
+    try:
+        source = path if isinstance(path, Source) else load(path)
+    except ReadError as error:
+        raise ParseError(str(error)) from None
+    name, profile = profile_for(list(carried.comments_of(source.lines)), source.name, name, overrides)
+    return read_moves(source, plane=profile.machine.plane, flavor=profile.flavor), name, profile

@@ -72,12 +72,29 @@ IGNORED_STRAIGHT = IGNORED | {"beam": ("seed", "workers"), "exact": ("seed", "wo
 """The same for straight travel. Over the skyline, kicks follow these two, and kicks are drawn."""
 
 
+def _usual_profile() -> str:
+    """The profile that the user has settled, or a filament printer."""
+    from vslice.user_config import user_config
+
+    return user_config().profile or "marlin-generic"
+
+
+def _usual_nozzle() -> str | None:
+    """The nozzle that the user has settled, unless another profile than the usual one is given."""
+    from vslice.user_config import user_config
+
+    usual = user_config()
+    profile = click.get_current_context().params.get("profile_name", usual.profile)
+    return usual.nozzle if profile == (usual.profile or "marlin-generic") else None
+
+
 profile_option: Decorator = click.option(
     "-p",
     "--profile",
     "profile_name",
-    default="marlin-generic",
-    show_default=True,
+    default=_usual_profile,
+    show_default="marlin-generic, or what 'vslice config' says",
+    is_eager=True,
     metavar="NAME|FILE.toml",
     help="The machine: a shipped profile, or a file of your own.",
 )
@@ -103,6 +120,15 @@ nozzle_option: Decorator = click.option(
     "--nozzle",
     "nozzle_name",
     metavar="NAME",
+    help="The nozzle on it, such as 25G, instead of the profile's; 'vslice profiles nozzles' lists them.",
+)
+
+
+usual_nozzle_option: Decorator = click.option(
+    "--nozzle",
+    "nozzle_name",
+    metavar="NAME",
+    default=_usual_nozzle,
     help="The nozzle on it, such as 25G, instead of the profile's; 'vslice profiles nozzles' lists them.",
 )
 

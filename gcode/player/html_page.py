@@ -85,7 +85,9 @@ def track_of_program(program: "Program", profile: Profile, name: str, facts: Map
     from gcode.emit import emit
 
     return track_of(
-        list(parse(emit(program, profile, facts), plane=profile.machine.plane)), profile, name=name
+        list(parse(emit(program, profile, facts), plane=profile.machine.plane, flavor=profile.flavor)),
+        profile,
+        name=name,
     )
 
 

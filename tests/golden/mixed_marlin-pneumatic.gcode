@@ -146,6 +146,7 @@ M84
 ; machine.max_acceleration_mm_s2 = [500.0, 500.0, 100.0, 500.0]
 ; machine.planner = "marlin"
 ; machine.junction_deviation_mm = 0.013
+; machine.jerk_mm_s = [15.0, 15.0, 0.2, 2.0]
 ; machine.square_corner_velocity_mm_s = 5.0
 ; machine.minimum_cruise_ratio = 0.5
 ; material.feed = "pneumatic"
@@ -189,6 +190,7 @@ M84
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
+; gcode.flavor = "marlin"
 ; gcode.start = ["M302 P1", "M107", "G28"]
 ; gcode.end = ["M107", "M302 P0", "M84"]
 ; gcode.valve_open = ["M106 S255"]
@@ -206,4 +208,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:9db308f18e91bf8b321c6f77fedac90fcdfc4f92de96310cc6f24168e0daa306
+; vslice profile end sha256:15eece867670376520db97d4eb29bcfbe39d55651da4f03368e555f9fa61551b

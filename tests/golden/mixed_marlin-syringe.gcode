@@ -89,6 +89,7 @@ M84
 ; machine.max_acceleration_mm_s2 = [500.0, 500.0, 100.0, 500.0]
 ; machine.planner = "marlin"
 ; machine.junction_deviation_mm = 0.013
+; machine.jerk_mm_s = [15.0, 15.0, 0.2, 2.0]
 ; machine.square_corner_velocity_mm_s = 5.0
 ; machine.minimum_cruise_ratio = 0.5
 ; material.feed = "syringe"
@@ -132,6 +133,7 @@ M84
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
+; gcode.flavor = "marlin"
 ; gcode.start = ["M302 P1", "G28"]
 ; gcode.end = ["M302 P0", "M84"]
 ; gcode.valve_open = []
@@ -149,4 +151,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:06af209eed7ba767ab1d5547ec0e4e2ef97659d4ec11519c8bc5d13212875fdb
+; vslice profile end sha256:6403f84df0f70fc26b7efccd4fc568ad04e9fc154c61b56d22cc4040d44fc2f0

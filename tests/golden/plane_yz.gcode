@@ -59,6 +59,7 @@ M84
 ; machine.max_acceleration_mm_s2 = [1000.0, 1000.0, 100.0, 5000.0]
 ; machine.planner = "marlin"
 ; machine.junction_deviation_mm = 0.013
+; machine.jerk_mm_s = [15.0, 15.0, 0.2, 2.0]
 ; machine.square_corner_velocity_mm_s = 5.0
 ; machine.minimum_cruise_ratio = 0.5
 ; material.feed = "filament"
@@ -102,6 +103,7 @@ M84
 ; nozzle.press_mm = null
 ; nozzle.overlap_mm = 0.0
 ; nozzle.downhill_deg = 90.0
+; gcode.flavor = "marlin"
 ; gcode.start = ["M140 S{bed_temperature_c}", "M104 S{nozzle_temperature_c}", "G28", "M190 S{bed_temperature_c}", "M109 S{nozzle_temperature_c}"]
 ; gcode.end = ["M104 S0", "M140 S0", "M84"]
 ; gcode.valve_open = []
@@ -119,4 +121,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:3f738b3b9fd27a37840e909acc103d8fb0e0c940c7117643ea0fcb62bfb19505
+; vslice profile end sha256:9d539d31f04fc190357cf63a6bf79001f3841f3927666c34a041b09df0d3e673

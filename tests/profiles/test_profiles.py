@@ -9,7 +9,11 @@ import profiles
 from profiles import ProfileError
 from profiles.profile import Profile
 
-SHIPPED = ["marlin-generic", "marlin-pneumatic", "marlin-syringe", "paper"]
+SHIPPED = [
+    "grbl-pneumatic", "grbl-syringe", "klipper-generic", "klipper-pneumatic", "klipper-syringe",
+    "marlin-generic", "marlin-pneumatic", "marlin-syringe", "paper",
+    "reprapfirmware-generic", "reprapfirmware-pneumatic", "reprapfirmware-syringe",
+]  # fmt: skip
 
 BAD = {
     "unknown key": ("[motion]\ntravel_sped = 3", "[motion] unknown key 'travel_sped'. Did you mean 'travel_speed_mm_s'?"),
@@ -108,7 +112,7 @@ def test_a_name_that_is_none_suggests_one():
     ):
         profiles.load("marlin-genric")
     with pytest.raises(
-        ProfileError, match="Shipped are marlin-generic, marlin-pneumatic, marlin-syringe, paper"
+        ProfileError, match="Shipped are grbl-pneumatic, .*, marlin-generic, .*, reprapfirmware-syringe"
     ):
         profiles.load("xyz")
 

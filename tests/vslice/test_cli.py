@@ -421,13 +421,10 @@ def test_preview_of_grids_and_programs(run, name):
 
 def test_profiles_are_listed_shown_and_described(run, tmp_path):
     _, out, _ = run("profiles")
-    assert [line.split()[0] for line in out.splitlines()] == [
-        "marlin-generic",
-        "marlin-pneumatic",
-        "marlin-syringe",
-        "paper",
-    ]
-    for name in PROFILES:
+    listed = [line.split()[0] for line in out.splitlines()]
+    assert listed == sorted(listed)
+    assert {"grbl-syringe", "klipper-generic", "reprapfirmware-pneumatic", "paper", *PROFILES} < set(listed)
+    for name in listed:
         _, shown, _ = run("profiles", "show", name)
         assert "# Speed between toolpaths.\ntravel_speed_mm_s = " in shown
         Path("copy.toml").write_text(shown)

@@ -41,6 +41,16 @@ WRONG = [
     "send part.gcode --resume",
     "send part.gcode --resume --dry-run -p marlin-generic",
     "send --resume",
+    "upload none.gcode --to duet --url http://127.0.0.1:1",
+    "upload part.gcode --to nowhere",
+    "upload part.gcode --to duet",
+    "upload part.gcode --to duet --url nowhere --no-check",
+    "sheet.json -o a.gcode --upload nowhere",
+    "config set profile none.toml",
+    "config host duet --to duet --url http://a",
+    "config key nowhere",
+    "help nothing",
+    "completion tcsh",
 ]
 
 
@@ -61,6 +71,7 @@ def test_a_profile_is_named_whatever_is_wrong_with_it(files):
         "check part.gcode -p marlin-generic",
         "send part.gcode -p marlin-generic --dry-run",
         "send part.gcode -p marlin-generic --no-check --port none",
+        "upload part.gcode --to duet --url http://127.0.0.1:1 --no-check",
     ],
 )
 def test_what_went_wrong_outside_or_was_found_at_fault_ends_with_1(files, words):

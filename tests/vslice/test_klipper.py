@@ -69,7 +69,7 @@ def compare(run, example, name, changed):
 
 def agree(path, profile):
     """The estimate of a program against Klipper's, in all and by kind of move."""
-    moves = list(read_moves(path, plane=profile.machine.plane))
+    moves = read_moves(path, plane=profile.machine.plane, flavor=profile.flavor)
     own = {"extruding": 0.0, "other": 0.0, "dwell": 0.0}
     for move, took in zip(moves, seconds_of(moves, profile), strict=True):
         kind = {Kind.EXTRUDE: "extruding", Kind.DWELL: "dwell"}.get(move.kind, "other")
@@ -80,7 +80,7 @@ def agree(path, profile):
         assert own[kind] == pytest.approx(took, rel=0.005, abs=0.05), kind
 
 
-@pytest.mark.parametrize("name", ["marlin-generic", "marlin-syringe", "marlin-pneumatic"])
+@pytest.mark.parametrize("name", ["marlin-generic", "marlin-syringe", "marlin-pneumatic", "klipper-generic"])
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_klipper_takes_what_was_estimated(run, example, name):
     compare(run, example, name, settings())

@@ -14,7 +14,7 @@ try:
 except SystemExit as end:
     assert not end.code, end.code
 heavy = ("numba", "llvmlite", "scipy", "matplotlib", "shapely")
-heavy += ("tissue", "structure_tensor", "tifffile", "nibabel", "dipy", "skimage")
+heavy += ("httpx", "keyring", "tissue", "structure_tensor", "tifffile", "nibabel", "dipy", "skimage")
 print(*[name for name in heavy if name in sys.modules], file=sys.stderr)
 """
 GRID = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
@@ -33,6 +33,12 @@ GRID = '{"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": [[-45]]}'
         ("play part.gcode -o part.html", ""),
         ("play part.gcode -o part.html --grid grid.json", "shapely"),
         ("ports", ""),
+        ("upload --help", ""),
+        ("config", ""),
+        ("completion bash", ""),
+        ("help grid", ""),
+        ("json-schema check", ""),
+        ("profiles --json", ""),
         ("profiles", ""),
         ("profiles show marlin-generic", ""),
         ("grid-schema", "shapely"),

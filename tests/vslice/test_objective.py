@@ -25,6 +25,16 @@ SHIPPED = {
     "marlin-pneumatic": ((60, 100, 10), (300, 500, 100), 0.1 + START_DELAY_S, 1e-6),
     # 0.05 mm of plunger back and forth at 2 mm/s and 500 mm/s².
     "marlin-syringe": ((60, 100, 10), (300, 500, 100), 0.05 + 2 * 2 / 500, 2.0),
+    # Klipper has one acceleration: 1000 mm/s² of filament, 300 mm/s² of the plunger.
+    "klipper-generic": ((100, 200, 10), (1000, 1000, 100), 2 * (1 / 30 + 0.03), 1.5),
+    "klipper-syringe": ((60, 100, 10), (300, 500, 100), 0.05 + 2 * 2 / 300, 2.0),
+    # No other firmware holds a move back.
+    "klipper-pneumatic": ((60, 100, 10), (300, 500, 100), 0.1, 1e-6),
+    "reprapfirmware-generic": ((100, 200, 10), (500, 1000, 100), 2 * (1 / 30 + 0.01), 1.5),
+    "reprapfirmware-syringe": ((60, 100, 10), (300, 500, 100), 0.05 + 2 * 2 / 500, 2.0),
+    "reprapfirmware-pneumatic": ((60, 100, 10), (300, 500, 100), 0.1, 1e-6),
+    "grbl-syringe": ((60, 100, 10), (300, 500, 100), 0.05 + 2 * 2 / 500, 2.0),
+    "grbl-pneumatic": ((60, 100, 10), (300, 500, 100), 0.1, 1e-6),
 }
 TRAVELS = {
     # 100 mm/s at 500 mm/s²: 0.2 s and 10 mm up and down each, 20 mm at full speed; up: 10 mm/s at 100 mm/s²;

@@ -15,7 +15,6 @@ from vslice.options import (
     no_effect,
     not_onto_input,
     not_onto_profile,
-    nozzle_option,
     objective_option,
     output_option,
     picture_format,
@@ -23,9 +22,10 @@ from vslice.options import (
     set_option,
     settings_without_effect,
     start_option,
+    usual_nozzle_option,
     with_nozzle,
 )
-from vslice.terminal.session import common, progress, say
+from vslice.terminal.session import common, json_option, json_wanted, progress, say
 
 FORMATS = ("csv", "md", "json")
 
@@ -59,9 +59,10 @@ FORMATS = ("csv", "md", "json")
     help="Also write a page that plays the best run of each method, greedy's too, two of them side by side.",
 )
 @profile_option
-@nozzle_option
+@usual_nozzle_option
 @set_option
 @output_option("Table; .csv, .md or .json by its extension. By default, and with -, Markdown on stdout.")
+@json_option
 @common
 def command(
     file: Path,
@@ -129,7 +130,10 @@ def command(
             step=step,
             keep=None if play is None else played.keep,
         )
-    output.write(target, [comparison.as_text(rows, file_format, goal).encode()])
+    if json_wanted():
+        click.echo(comparison.as_text(rows, "json", goal), nl=False)
+    if target is not None or not json_wanted():
+        output.write(target, [comparison.as_text(rows, file_format, goal).encode()])
     if plot is not None and plot_format is not None:
         from gcode import preview
 

@@ -19,7 +19,7 @@ from vslice.options import (
 )
 from vslice.orient_options import Numbers, layout_of, measuring_options
 from vslice.orienting import DEFAULT_SPACING_MM, Sheet, measure, rows_of
-from vslice.terminal.session import Steps, common, progress, say
+from vslice.terminal.session import Steps, common, json_option, json_wanted, progress, say
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,6 +52,7 @@ MOST_TILES_DRAWN = 40_000
 )
 @profile_option
 @set_option
+@json_option
 @common
 def command(
     file: Path,
@@ -73,6 +74,8 @@ def command(
     """
     target = None if is_stdout(out) else out or file.with_suffix(".json")
     drawn = _picture_place(target, picture, no_picture)
+    if json_wanted() and target is None:
+        raise click.UsageError("--json and the grid both go to stdout; name a file with -o.")
     swept = [] if sweep is None else _sweep_places(target, file)
     if no_picture:
         no_effect("no picture (--no-picture)", "picture", "hatch_lines")
@@ -109,6 +112,10 @@ def command(
     if drawn is not None and image is not None:
         told["picture"] = str(drawn)
     say(_columns(told))
+    if json_wanted():
+        from vslice.figures import of_oriented
+
+        click.echo(of_oriented(sheet, str(file)).text())
     if rows:
         say("\n" + _sweep_table(rows))
 

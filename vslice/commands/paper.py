@@ -8,7 +8,7 @@ from vslice import output
 from vslice.compiling import compiling
 from vslice.options import effort_option
 from vslice.terminal.failure import InputError
-from vslice.terminal.session import common, progress, say
+from vslice.terminal.session import common, json_option, json_wanted, progress, say
 
 
 @click.command("paper", epilog="Example: vslice paper -o paper/ --seeds 500 > paper.md")
@@ -35,6 +35,7 @@ from vslice.terminal.session import common, progress, say
     help="Of the figures.",
 )
 @effort_option
+@json_option
 @common
 def command(folder: Path, seeds: int, grids: int, file_format: str, effort: str) -> None:
     """Reproduce the source paper on grids of its random walk.
@@ -61,5 +62,10 @@ def command(folder: Path, seeds: int, grids: int, file_format: str, effort: str)
         tables.append(comparison.table_of_methods(grids, effort, step))
         step("figures")
         names = comparison.draw_figures(folder, file_format)
-    click.echo("\n\n".join(tables))
+    if json_wanted():
+        from vslice.figures import of_paper
+
+        click.echo(of_paper(tables, names).text())
+    else:
+        click.echo("\n\n".join(tables))
     say(f"figures {', '.join(names)} written to {folder}")

@@ -4,10 +4,12 @@ import json
 
 import click
 
-from vslice.terminal.session import common
+from vslice.figures import ProfileFigures, dumps
+from vslice.terminal.session import common, json_option, json_wanted
 
 
 @click.group("profiles", invoke_without_command=True, epilog="Example: vslice profiles show marlin-syringe")
+@json_option
 @common
 @click.pass_context
 def command(ctx: click.Context) -> None:
@@ -16,6 +18,9 @@ def command(ctx: click.Context) -> None:
         import profiles
 
         names = profiles.shipped()
+        if json_wanted():
+            click.echo(dumps([_figures(name).model_dump(mode="json") for name in names]))
+            return
         width = max(map(len, names))
         for name in names:
             click.echo(f"{name:<{width}}  {profiles.load(name).machine.description}")
@@ -83,6 +88,19 @@ def schema() -> None:
     }
     found["properties"] = {"extends": extends} | found["properties"]
     click.echo(json.dumps(found, indent=1))
+
+
+def _figures(name: str) -> ProfileFigures:
+    import profiles
+
+    profile = profiles.load(name)
+    return ProfileFigures(
+        name=name,
+        description=profile.machine.description,
+        flavor=profile.gcode.flavor,
+        feed=profile.material.feed,
+        build_volume_mm=profile.machine.build_volume_mm,
+    )
 
 
 def _toml(value: object) -> str:

@@ -18,7 +18,7 @@ from vslice.options import (
 from vslice.terminal.dry_running import show_dry_run
 from vslice.terminal.interrupted import ask, ask_of_port
 from vslice.terminal.resuming import interrupted_job, resume_program
-from vslice.terminal.session import common, said_if_interrupted
+from vslice.terminal.session import common, json_option, said_if_interrupted
 from vslice.terminal.streaming import stream_program
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ MOST = 5  # violations that are shown one by one
 @click.option(
     "--give-up-after", type=Number(0.1, 86_400), metavar="S", help="Silence after which the job fails."
 )
+@json_option
 @common
 def command(
     program_file: Path | None,
@@ -84,6 +85,9 @@ def command(
     give_up_after: float | None,
 ) -> None:
     """Stream a program to a Marlin printer; each line is printed exactly once, or the job stops.
+
+    Programs for Klipper, RepRapFirmware and grbl are refused, as their consoles do not allow that: see
+    'vslice help hosts'.
 
     Ctrl-C stops in a controlled way: the queue ends, the nozzle leaves the print, heaters do as the
     profile says. Ctrl-C twice halts the printer at once (M112). The key p pauses and resumes.
@@ -124,6 +128,7 @@ def command(
         )
     with said_if_interrupted("Nothing was sent."):
         _, profile = read_profile(program_file, profile_name, with_nozzle(nozzle_name, overrides))
+    refuse_unsure(profile)
     settings = replace(settings_of(profile), **{k: v for k, v in given.items() if v is not None})
     if settings.give_up_after_s <= settings.probe_after_s:
         raise click.UsageError(
@@ -148,6 +153,20 @@ def command(
     else:
         code = _send(program_file, port, settings, profile, profile_name or "", restart, view)
     click.get_current_context().exit(code)
+
+
+def refuse_unsure(profile: "Profile") -> None:
+    """Refuse a firmware to which no line can be sent exactly once.
+
+    Raises:
+        UsageError: it is one.
+    """
+    if (why := profile.flavor.unsure) is None:
+        return
+    raise click.UsageError(
+        f"{profile.flavor.title} cannot be sent each line exactly once: {why}. Nothing was sent. Hand the "
+        "file over instead, with 'vslice upload' or on a card ('vslice help hosts')."
+    )
 
 
 def _refuse_without_effect(wrong: dict[str, bool]) -> None:
@@ -227,7 +246,7 @@ def settings_of(profile: "Profile") -> "Settings":
 
 
 @said_if_interrupted("Nothing was sent.")
-def check(program_file: Path, profile: "Profile") -> None:
+def check(program_file: Path, profile: "Profile", what: str = "sent") -> None:
     """Refuse a program that `vslice check` finds fault with."""
     from gcode.check import check_file
 
@@ -237,7 +256,7 @@ def check(program_file: Path, profile: "Profile") -> None:
         more = [f"  and {len(wrong) - MOST} more"] if len(wrong) > MOST else []
         listing = "\n".join([*shown_ones, *more])
         raise click.ClickException(
-            f"{program_file} cannot be printed on this machine; nothing was sent:\n{listing}\n"
+            f"{program_file} cannot be printed on this machine; nothing was {what}:\n{listing}\n"
             "Slice it again for this profile, or insist with --no-check."
         )
 

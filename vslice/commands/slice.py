@@ -19,18 +19,27 @@ from vslice.options import (
     no_effect,
     not_onto_input,
     not_onto_profile,
-    nozzle_option,
     objective_option,
     output_option,
     profile_option,
     seconds,
     set_option,
     start_option,
+    usual_nozzle_option,
     with_nozzle,
 )
 from vslice.orient_options import ALL, means_angles, measured_kind, measuring_options
 from vslice.pressed import pressed
-from vslice.terminal.session import Steps, common, progress, say, so_far, warnings_said
+from vslice.terminal.session import (
+    Steps,
+    common,
+    json_option,
+    json_wanted,
+    progress,
+    say,
+    so_far,
+    warnings_said,
+)
 
 if TYPE_CHECKING:  # it imports all that is heavy
     from slicer.grid import Grid
@@ -46,7 +55,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @grid_argument
 @output_option("G-code file; - is stdout. By default GRID.gcode beside the grid.")
 @profile_option
-@nozzle_option
+@usual_nozzle_option
 @set_option
 @click.option(
     "--method",
@@ -79,7 +88,14 @@ if TYPE_CHECKING:  # it imports all that is heavy
 )
 @click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")
 @click.option("--port", metavar="PORT", help="With --send: as for 'vslice send'.")
+@click.option(
+    "--upload",
+    "upload_to",
+    metavar="HOST",
+    help="Check the program and upload it to a host of 'vslice config'.",
+)
 @measuring_options(shown=("tiles", "size_mm"))
+@json_option
 @common
 def command(
     grid_file: Path,
@@ -97,6 +113,7 @@ def command(
     workers: int,
     send: bool,
     port: str | None,
+    upload_to: str | None,
     **asked: Any,
 ) -> None:
     """Turn a grid of fibre angles into G-code; - reads the grid from standard input.
@@ -112,10 +129,18 @@ def command(
     not_onto_input(grid_file, target)
     not_onto_profile(profile_name, target)
     output.check_place(target)
+    if json_wanted() and target is None:
+        raise click.UsageError("--json and the program both go to stdout; name a file with -o.")
     if port is not None and not send:
         raise click.UsageError("--port goes with --send.")
     if send and target is None:
         raise click.UsageError("--send streams from a file; give it a name with -o.")
+    if upload_to is not None and (send or target is None):
+        raise click.UsageError("--upload takes a file, which -o names, and goes without --send.")
+    if upload_to is not None:
+        from vslice.handing_over import destination
+
+        where = destination(upload_to, None, None, None)  # rather than behind a long search
     if port is not None:
         from printer.ports import check_name
 
@@ -131,6 +156,16 @@ def command(
     from vslice.pipeline import Search, slice_grid
 
     overrides = with_nozzle(nozzle_name, overrides)
+    if send or upload_to is not None:
+        import profiles
+        from vslice.commands.send import refuse_unsure
+        from vslice.handing_over import refuse_foreign
+
+        profile = profiles.load(profile_name, overrides)
+        if send:
+            refuse_unsure(profile)  # rather than behind a long search
+        elif target is not None:
+            refuse_foreign(target, profile, where.to)
     unit = unit_of(objective_name(objective))
     search = Search(method, effort, objective, start, conflicts, seed, time_limit_s, workers)
     with progress(8 if measured else 6) as step, compiling() as first_run, warnings_said():
@@ -151,6 +186,16 @@ def command(
     for place in sliced.pressed_places():
         say(place)
     say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
+    if json_wanted():
+        from vslice.figures import of_sliced
+
+        click.echo(of_sliced(sliced, str(target)).text())
+    if upload_to is not None and target is not None:
+        from vslice.commands.send import check
+        from vslice.handing_over import hand_over
+
+        check(target, sliced.profile, "uploaded")
+        hand_over(target, target.name, where, start=False)
     if send and target is not None:
         from vslice.commands.send import check, send_file
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from vslice.terminal.job_display import Display, clock, shown
+from vslice.terminal.session import json_wanted, say
 from vslice.terminal.streaming import times_of
 
 if TYPE_CHECKING:
@@ -30,23 +31,31 @@ def show_dry_run(
     if not resume:
         with shown(Display(program, times_of(program_file, program, profile))) as show:
             ended = dry_run(program, settings, show, motion=motion_of(profile))
-        _tell(ended, "", 0)
+        _tell(program.name, ended, "", 0)
         return
     entry = read_journal(journal_path(program_file))
     check_unchanged(program, entry)
     with interrupted_printer(program, entry, settings, height_mm, motion=motion_of(profile)) as (plan, go_on):
+        echo = say if json_wanted() else click.echo  # stdout is for JSON
         for sentence in plan.text:
-            click.echo(sentence)
-        click.echo("Before the program goes on:")
+            echo(sentence)
+        echo("Before the program goes on:")
         for line in plan.before:
-            click.echo(f"  {line}")
+            echo(f"  {line}")
         times = times_of(program_file, program, profile)
         with shown(Display(program, times)) as show:
-            _tell(go_on(show), " from there on", plan.start_at)
+            _tell(program.name, go_on(show), " from there on", plan.start_at)
 
 
-def _tell(ended: "DryRun", rest: str, start_at: int) -> None:
+def _tell(name: str, ended: "DryRun", rest: str, start_at: int) -> None:
     """What a dry run did."""
+    if json_wanted():
+        from vslice.figures import of_job
+
+        click.echo(of_job(ended.report, name, ended).text())
+        if ended.report.refused:
+            click.get_current_context().exit(1)
+        return
     where = "  ".join(f"{axis} {value:.3f}" for axis, value in ended.position.items())
     done, of_all = ended.report.acknowledged - start_at, ended.report.total - start_at
     click.echo(f"lines      {done} of {of_all} commands{rest}, each taken once")

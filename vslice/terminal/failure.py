@@ -27,6 +27,7 @@ WRONG_INPUT = {
     "TissueError",
     "MissingLibraryError",
     "StudyError",
+    "HostInputError",
 }
 OWN_PACKAGES = {"slicer", "gcode", "printer", "profiles", "dialect", "vslice", "tissue", "studies"}
 

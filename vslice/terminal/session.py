@@ -59,6 +59,23 @@ def verbose() -> bool:
     return bool(_settings(click.get_current_context()).get("verbose"))
 
 
+def json_option(command: Callable[P, R]) -> Callable[P, R]:
+    """--json, for commands that ask ``json_wanted`` where they print."""
+    return click.option(
+        "--json",
+        is_flag=True,
+        expose_value=False,
+        callback=lambda ctx, _, value: _settings(ctx).update(json=value),
+        help="The figures as JSON on stdout ('vslice json-schema' tells what they are).",
+    )(command)
+
+
+def json_wanted() -> bool:
+    """Whether the user wants figures as JSON."""
+    ctx = click.get_current_context(silent=True)
+    return ctx is not None and bool(_settings(ctx).get("json"))
+
+
 def say(text: str) -> None:
     """A line on stderr, unless the user wants quiet; stdout may be the product.
 

@@ -11,7 +11,7 @@ import click
 
 from vslice.terminal.interrupted import known_of
 from vslice.terminal.job_display import Display, clock, keys, shown
-from vslice.terminal.session import said_if_interrupted, say
+from vslice.terminal.session import json_wanted, said_if_interrupted, say
 from vslice.terminal.viewing import viewed
 
 if TYPE_CHECKING:
@@ -131,6 +131,10 @@ def told(report: "Report", journal: Path, program: "Program") -> int:
     """Say how a job ended, and how to go on with it; the exit code: 0 only if everything was done."""
     from printer import State
 
+    if json_wanted():
+        from vslice.figures import of_job
+
+        click.echo(of_job(report, program.name).text())
     for warning in list(dict.fromkeys(report.warnings))[:MOST_WARNINGS]:
         say(f"Printer: {warning}")
     say(

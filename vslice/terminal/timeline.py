@@ -52,6 +52,6 @@ def timeline(program_file: Path, program: "Program", profile: "Profile") -> Time
 def _steps(program_file: Path, profile: "Profile") -> Iterator[tuple[int, float, float]]:
     """Line of the file, seconds and height of each move."""
     with program_file.open(encoding="utf-8", errors="replace") as lines:
-        moves = list(parse(lines, plane=profile.machine.plane))
+        moves = list(parse(lines, plane=profile.machine.plane, flavor=profile.flavor))
     for move, seconds in zip(moves, seconds_of(moves, profile).tolist(), strict=True):
         yield move.line, seconds, move.y_mm

@@ -157,5 +157,5 @@ def live_page(program_file: Path, profile: "Profile") -> str:
     from gcode.parse import read_moves
     from gcode.player import page, track_of
 
-    moves = read_moves(program_file, plane=profile.machine.plane)
+    moves = read_moves(program_file, plane=profile.machine.plane, flavor=profile.flavor)
     return page([track_of(moves, profile, name=program_file.name)], live=True)
