@@ -20,7 +20,7 @@ from gcode.feeding import check_feeding
 from gcode.followed import valve_lines
 from gcode.moves import Kind, Move
 from gcode.parse import moves_unseen
-from gcode.strokes import motions, prime_strokes
+from gcode.strokes import motions, named_joins, prime_strokes
 from profiles import Profile
 
 if TYPE_CHECKING:  # shapely, and what compiles the routing
@@ -48,6 +48,7 @@ class Drawing:
         from_toolpath: for each travel, how many toolpaths were laid before it.
         prime: float64 (m, 2, 2), what only filled the nozzle; it belongs to no sheet and is not counted.
         line: of a program, the line of each toolpath.
+        joins: how many of these are hops over which a bead goes on, which the program names.
         hanging: float64 (m, 2, 2), what has nothing under or beside it, in mm; None where nobody asked.
     """
 
@@ -56,6 +57,7 @@ class Drawing:
     from_toolpath: list[int]
     prime: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2, 2)))
     line: list[int] = field(default_factory=list)
+    joins: int = 0
     hanging: NDArray[np.float64] | None = None
 
     @classmethod
@@ -106,7 +108,8 @@ class Drawing:
             elif not np.isnan(here).any():
                 trail.append(here)
         laid, filled = (np.array(ends, np.float64).reshape(-1, 2, 2) for ends in (toolpaths, prime))
-        return cls(laid, travels, from_toolpath, filled, line)
+        joins = len(named_joins(moves, printing) & set(line))
+        return cls(laid, travels, from_toolpath, filled, line, joins)
 
 
 def _laid(moves: list[Move], profile: Profile) -> tuple[list[bool], set[int]]:
@@ -242,7 +245,7 @@ def draw_sequence(
         figure.legend(
             handles=handles, loc="outside lower center", ncols=_columns(figure, handles), frameon=False
         )
-    plot.set_title(title or f"{n} toolpaths")
+    plot.set_title(title or f"{n - drawing.joins} toolpaths")
     return figure
 
 

@@ -70,6 +70,19 @@ def goes_on(a: Stroke, b: Stroke) -> bool:
     return ax * bx + ay * by > 0 and abs(ax * by - ay * bx) / length <= STRAIGHT_MM
 
 
+def named_joins(moves: Sequence[Move], printing: Sequence[bool]) -> set[int]:
+    """Program lines of what is laid right behind the comment ``;JOIN``: the first move only, if it prints."""
+    found, next_is = set(), False
+    for move, prints in zip(moves, printing, strict=True):
+        if move.kind == Kind.COMMENT:
+            next_is = move.text == "JOIN"
+        elif next_is:
+            next_is = False
+            if prints:
+                found.add(move.line)
+    return found
+
+
 class Compared(NamedTuple):
     """What a comparison with the hatch of a grid found.
 

@@ -17,7 +17,7 @@ from gcode.moves import Kind, Move
 from gcode.nozzle_body import parts_of
 from gcode.player.packing import counted, pack
 from gcode.player.support import support
-from gcode.strokes import motions, prime_strokes
+from gcode.strokes import motions, named_joins, prime_strokes
 from gcode.violation import Violation
 from profiles import Profile
 
@@ -178,19 +178,6 @@ def track_of(
         findings=findings,
         facts=_facts(moves, profile),
     )
-
-
-def named_joins(moves: Sequence[Move], printing: Sequence[bool]) -> set[int]:
-    """Program lines of what is laid right behind the comment ``;JOIN``: the first move only, if it prints."""
-    found, next_is = set(), False
-    for move, prints in zip(moves, printing, strict=True):
-        if move.kind == Kind.COMMENT:
-            next_is = move.text == "JOIN"
-        elif next_is:
-            next_is = False
-            if prints:
-                found.add(move.line)
-    return found
 
 
 def _steps(

@@ -185,7 +185,10 @@ def command(
         say(f"Warning: {sentence}")
     for place in sliced.pressed_places():
         say(place)
-    say(_table(_rows(sliced) | {"written to": "stdout" if target is None else str(target)}))
+    last = {"written to": "stdout" if target is None else str(target)}
+    if measured:
+        last["grid"] = "not kept; 'vslice orient' writes it, for 'vslice check --grid'"
+    say(_table(_rows(sliced) | last))
     if json_wanted():
         from vslice.figures import of_sliced
 
