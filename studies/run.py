@@ -188,7 +188,10 @@ class _Runner:
     def _take(self, future: Future, parcel: Parcel) -> None:
         """Keep the rows of a parcel; where its worker died, try its tasks one by one."""
         if future.status == "finished":
-            rows = future.result()
+            try:
+                rows = future.result()
+            except OSError:  # they lie with a worker that is gone with the scheduler
+                raise StudyError(GONE) from None
             self._standing.done += self._store.append(rows)
             self._standing.failed += sum(row["error"] is not None for row in rows)
             mean = sum(row["seconds"] for row in rows) / len(rows)

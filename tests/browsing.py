@@ -12,18 +12,27 @@ SLOW_MS = 90_000
 """The machine may be busy with other things."""
 
 
+_open = []
+"""The browser that another fixture of this process has open: Playwright starts once in a process."""
+
+
 @contextmanager
 def browser():
     """Chromium without a window; WebGL2 is drawn in software."""
+    if _open:
+        yield _open[0]
+        return
     api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
     path = next((found for name in NAMES if (found := shutil.which(name))), None)
     if path is None:
         pytest.skip("there is no Chromium here")
     with api.sync_playwright() as play:
         opened = play.chromium.launch(executable_path=path, args=FLAGS)
+        _open.append(opened)
         try:
             yield opened
         finally:
+            _open.clear()
             opened.close()
 
 

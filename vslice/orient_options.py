@@ -129,7 +129,9 @@ _IMAGE = (
         type=click.Choice(["hematoxylin", "eosin", "dab"]),
         help="Of an image: a stain, by colour deconvolution.",
     ),
-    click.option("--page", type=click.IntRange(0, 1_000_000), metavar="N", help="Of an image with several, from 0."),
+    click.option(
+        "--page", type=click.IntRange(0, 1_000_000), metavar="N", help="Of an image with several, from 0."
+    ),
     click.option(
         "--crop",
         type=Numbers("X0,Y0,X1,Y1", 4, 0, 10**9),
@@ -150,7 +152,9 @@ _VOLUME = (
         type=click.Choice(["axial", "coronal", "sagittal"]),
         help="Of a volume: which plane. By default axial.",
     ),
-    click.option("--slice", "slice_index", type=click.IntRange(0, 1_000_000), metavar="K", help="Of a volume: from 0."),
+    click.option(
+        "--slice", "slice_index", type=click.IntRange(0, 1_000_000), metavar="K", help="Of a volume: from 0."
+    ),
     click.option("--fa", type=file_path, metavar="FILE", help="Fractional anisotropy beside V1."),
     click.option("--min-fa", type=Number(0, 1), metavar="FA", help="Voxels of less do not count."),
     click.option("--bval", type=file_path, metavar="FILE", help="Of diffusion-weighted data, to be fitted."),

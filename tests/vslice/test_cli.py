@@ -82,7 +82,7 @@ def test_the_search_saves_what_greedy_leaves(run):
 
 
 def test_a_search_that_is_ended_early_says_so(run):
-    _, out, err = run(EXAMPLES[1], "-o", "-", "--time-limit", "0.5")
+    _, out, err = run(EXAMPLES[1], "-o", "-", "-p", "paper", "--time-limit", "0.5")
     assert "ended early" in err
     assert "; vslice effort = default (ended early)" in out
 
@@ -175,7 +175,10 @@ def test_words_may_come_in_any_order(run):
 
 
 def test_the_same_input_gives_the_same_bytes(run):
-    first, second = (run("-q", EXAMPLES[2], "-o", "-", "--effort", "quick")[1] for _ in range(2))
+    first, second = (
+        run("-q", EXAMPLES[2], "-o", "-", "-p", "marlin-syringe", "--nozzle", "25G", "--effort", "quick")[1]
+        for _ in range(2)
+    )
     assert first == second
 
 
@@ -193,7 +196,7 @@ def test_beads_that_do_not_fit_are_warned_of(run):
     Path("sheet.json").write_text(ONE_TILE)
     assert "the beads fill" not in run("sheet.json")[2]
     err = run("sheet.json", "--set", "material.flow=3.0")[2]
-    assert "Warning: the beads fill 2" in err
+    assert re.search(r"Warning: the beads fill [23]\d\d%", err)  # the hops between its lines too
     assert "Warning: the beads fill 1" in run("sheet.json", "--set", "material.flow=0.2")[2]
 
 
@@ -322,7 +325,7 @@ def test_generate_writes_a_grid_that_slices(run):
     assert (sheet.cols, sheet.rows, sheet.angles_deg[0, 0]) == (3, 2, -45)
     assert run("generate", "--cols", 3, "--rows", 2, "--seed", 7, "-o", "grid.json")[0] == 0
     assert Path("grid.json").read_text() == out
-    assert run("grid.json")[0] == 0
+    assert run("grid.json", "-p", "paper", "--effort", "quick")[0] == 0
     changed = run("generate", "--low-deg", -80, "--start-deg", -70, "--tile-mm", 5, "--spacing-mm", 0.4)[1]
     assert grid.loads(changed).tile_mm == (5, 5)
 
@@ -488,7 +491,19 @@ def test_slicing_imports_no_matplotlib():
 
 def test_a_reader_that_goes_away_is_no_failure_of_ours():
     script = "import vslice.cli, sys; vslice.cli.main(sys.argv[1:])"
-    words = [sys.executable, "-c", script, str(EXAMPLES[1]), "-q", "-o", "-", "--method", "greedy"]
+    words = [
+        sys.executable,
+        "-c",
+        script,
+        str(EXAMPLES[1]),
+        "-q",
+        "-o",
+        "-",
+        "-p",
+        "paper",
+        "--method",
+        "greedy",
+    ]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.read(10)
         process.stdout.close()

@@ -26,7 +26,9 @@ def both(path, profile):
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_the_emulated_printer_takes_what_was_estimated(run, example, name):
-    assert run(example, "-o", "part.gcode", "-p", name, "--method", "greedy")[0] == 0
+    # A wide nozzle cuts this one into tens of thousands of pieces, which take long and show nothing new.
+    words = ("--nozzle", "25G") if example.stem == "ihc_16x16" else ()
+    assert run(example, "-o", "part.gcode", "-p", name, "--method", "greedy", *words)[0] == 0
     estimated, emulated = both(Path("part.gcode"), profiles.load(name))
     assert estimated == pytest.approx(emulated, rel=0.005)  # 0.03 is promised
     said = next(line for line in Path("part.gcode").read_text().splitlines() if line.startswith(";TIME:"))

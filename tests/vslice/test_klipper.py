@@ -63,6 +63,8 @@ def klipper(program, profile):
 
 def compare(run, example, name, changed):
     words = [word for setting in changed for word in ("--set", setting)]
+    if example.stem == "ihc_16x16":  # a wide nozzle cuts it into tens of thousands of pieces
+        words += ["--nozzle", "25G"]
     assert run(example, "-o", "part.gcode", "-p", name, "--method", "greedy", *words)[0] == 0
     agree(Path("part.gcode"), profiles.load(name, changed))
 

@@ -79,7 +79,8 @@ def test_two_programs_are_compared_and_findings_are_gone_to(shown, tracks):
     browser.press("v")
     assert browser.figure("line", pane=1) == str(slow.findings[0].line)
     browser.press("\ue010")  # End
-    assert [browser.figure("doing", pane) for pane in (0, 1)] == ["finished", "finished"]
+    for pane in (0, 1):
+        browser.until(f"document.querySelectorAll('[data-figure=doing]')[{pane}].textContent === 'finished'")
     before = browser.js("return player.look.ground[0]")
     browser.press("d")
     assert browser.js("return player.look.ground[0]") != before

@@ -25,13 +25,13 @@ def test_printable_and_no_worse_than_its_start(sheet, seed, free, effort):
     assert travel <= problem.travel_mm(initial >> 1, initial & 1)
 
 
-def test_a_corridor_improves_on_its_start_without_a_bound(monkeypatch):
+def test_a_corridor_improves_on_its_start_and_proves_no_more_than_is_true(monkeypatch):
     problem = Problem.build(hatch(generate.random_walk(4, 4, seed=3)).segments, first=0)
     initial = searched(greedy, problem).oriented
     monkeypatch.setattr("slicer.sequence.layered.beam_search.ARCS_PER_TOOLPATH", {"default": 700})
     found = searched(beam, problem, initial=initial)
     assert problem.refusal(found.oriented >> 1) is None
-    assert found.lower_bound == 0.0
+    assert 0.0 < found.lower_bound <= solve(problem, method="exact").travel_mm + 1e-9
     travel = problem.travel_mm(found.oriented >> 1, found.oriented & 1)
     assert travel < 0.95 * problem.travel_mm(initial >> 1, initial & 1)
 
