@@ -4,7 +4,8 @@ usage: python benchmarks/nozzles.py [--examples FILE ...] [--nozzles point 32G .
 
 Every run is a process of its own. Columns: toolpaths as hatched and as cut, the cuts that no way of printing
 can do without, how deep the printed pushes into the nozzle by the check's own model, straight travel J, the
-estimated time of all travels and of the print, the gap of what is minimised, and what the run took.
+estimated time of all travels and of the print, the gap of what is minimised, and processor seconds and memory
+of the run.
 """
 
 import argparse
@@ -37,10 +38,10 @@ def measure(grid: Path, nozzle: str, profile: str, effort: str, objective: str) 
     """A row of the table, but for the name of the sheet."""
     from vslice.pipeline import Search, slice_grid
 
-    begin = time.perf_counter()
+    begin = time.process_time()
     search = Search(effort=effort, objective=objective)
     done = slice_grid(grid, profile, tuple(settings_of(nozzle)), search=search, step=lambda _: None)
-    seconds = time.perf_counter() - begin
+    seconds = time.process_time() - begin
     deepest = None if done.pressing is None else done.pressing.deepest
     gap, cut = done.result.gap, done.printable.cut
     return [

@@ -197,7 +197,8 @@ def test_beads_that_do_not_fit_are_warned_of(run):
     assert "the beads fill" not in run("sheet.json")[2]
     err = run("sheet.json", "--set", "material.flow=3.0")[2]
     assert re.search(r"Warning: the beads fill [23]\d\d%", err)  # the hops between its lines too
-    assert "Warning: the beads fill 1" in run("sheet.json", "--set", "material.flow=0.2")[2]
+    err = run("sheet.json", "--set", "material.flow=0.2")[2]
+    assert re.search(r"Warning: the beads fill [12]\d%", err)
 
 
 def test_a_free_start_is_no_worse(run):
