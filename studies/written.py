@@ -3,7 +3,6 @@
 import csv
 import io
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from studies.report import Report, Table, limits_of
@@ -86,8 +85,3 @@ def _number(value: float) -> str:
 
 def _latex(text: str) -> str:
     return "".join(LATEX.get(letter, letter) for letter in text)
-
-
-def names_of(tables: Sequence[Table]) -> list[str]:
-    """File names of the tables as CSV."""
-    return [f"{table.name}.csv" for table in tables]

@@ -23,7 +23,6 @@ MOST_TRAVELS = 40_000_000
 """Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each."""
 MOST_TOOLPATHS = 1_500
 """A column with more has so many counts and steps that telling them apart alone takes too long."""
-RELATIVE_EPS = 1e-9
 
 
 def raise_relaxed_bound(search: Search) -> None:
@@ -55,9 +54,7 @@ def _raise_by_counts(search: Search) -> bool:
         if search.proved or search.should_stop():
             break
         at_rest = bound.improve(search.cost, 1)
-        if bound.bound > search.cost * (1 + RELATIVE_EPS):
-            raise AssertionError(f"a bound of {bound.bound} is above a sequence of {search.cost}")
-        search.raise_bound(bound.bound)
+        search.raise_bound_on_all(bound.bound)
         search.report("bound")
         if at_rest:
             break

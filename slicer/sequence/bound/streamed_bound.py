@@ -40,7 +40,6 @@ ARCS = {"quick": 200_000_000, "default": 2_500_000_000, "high": 20_000_000_000}
 STRETCH = 4
 """The one step that there is at least may look at so many times as many travels."""
 MOST_STEPS = 60
-RELATIVE_EPS = 1e-9
 
 
 def raise_streamed_bound(search: Search) -> None:
@@ -64,9 +63,7 @@ def raise_streamed_bound(search: Search) -> None:
     for _ in range(max(1, min(MOST_STEPS, ARCS[search.effort] // arcs))):
         if search.proved or not bound.improve(search.cost, search.should_stop):
             return None
-        if bound.bound > search.cost * (1 + RELATIVE_EPS):
-            raise AssertionError(f"a bound of {bound.bound} mm is above a sequence of {search.cost} mm")
-        search.raise_bound(bound.bound)
+        search.raise_bound_on_all(bound.bound)
         search.report("bound")
     return None
 

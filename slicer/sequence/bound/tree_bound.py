@@ -43,7 +43,7 @@ def raise_tree_bound(search: Search) -> None:
         if search.should_stop():
             break
         tree.improve(search.cost)
-    search.raise_bound(tree.bound)
+    search.raise_bound_on_all(tree.bound)
     search.report("bound")
 
 

@@ -15,6 +15,7 @@ from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
 from slicer.sequence.problem.objective import Objective, ObjectiveName
 from slicer.sequence.problem.problem import Problem
 from slicer.sequence.problem.random_numbers import Draws, random_state
+from slicer.sequence.problem.result import RELATIVE_EPS
 from slicer.sequence.problem.sequence_cost import true_cost
 
 EFFORTS = ("quick", "default", "high")
@@ -142,6 +143,16 @@ class Search:
         self.lower_bound = max(self.lower_bound, min(bound, self.cost))
         if not self.objective.routed:
             self.straight_bound_mm = self.lower_bound
+
+    def raise_bound_on_all(self, bound: float) -> None:
+        """Take a lower bound on all sequences, the best so far included.
+
+        Raises:
+            AssertionError: it is above that one, and so is no bound.
+        """
+        if bound > self.cost * (1 + RELATIVE_EPS):
+            raise AssertionError(f"a bound of {bound} is above a sequence of {self.cost}")
+        self.raise_bound(bound)
 
     @property
     def proved(self) -> bool:

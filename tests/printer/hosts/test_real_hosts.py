@@ -89,7 +89,10 @@ def test_octoprint_refuses_a_wrong_key_and_has_no_printer(octo):
 @on_octoprint
 def test_octoprint_prints_what_was_uploaded_and_nothing_else_meanwhile(octo):
     get(octo, "/api/connection", "POST", {"command": "connect", "port": "VIRTUAL", "baudrate": 115200})
-    state = lambda: get(octo, "/api/connection")["current"]["state"]  # noqa: E731
+
+    def state():
+        return get(octo, "/api/connection")["current"]["state"]
+
     until(lambda: state() == "Operational")
     data = program("marlin-generic", 'gcode.start=["G28", "G4 P8000", "M302 P1"]', 'gcode.end=["M302 P0"]')[0]
     done = upload(data, "printed.gcode", to="octoprint", url=octo, key=KEY, start=True)
