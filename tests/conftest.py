@@ -16,6 +16,7 @@ def no_user_config(monkeypatch, tmp_path):
     """Tests know nothing of what their user has settled."""
     monkeypatch.setenv("VSLICE_CONFIG", str(tmp_path / "no-config.toml"))
     monkeypatch.delenv("VSLICE_API_KEY", raising=False)
+    monkeypatch.setenv("VSLICE_ORDERS", str(tmp_path / "no-orders"))
 
 
 @pytest.fixture

@@ -50,7 +50,9 @@ def experiment(task: Mapping[str, Any]) -> dict[str, Any]:
     search = Search(**{name: asked[name] for name in SEARCH})
     found: dict[str, Any] = {"grid_sha256": _hash(sheet), "version": __version__}
     if not task.get("program"):
-        shaped, _, result = ordered(sheet, hatched(sheet), profiles.load(asked["machine"], overrides), search)
+        shaped, _, result, _ = ordered(
+            sheet, hatched(sheet), profiles.load(asked["machine"], overrides), search
+        )
     else:
         sliced = slice_grid(sheet, asked["machine"], overrides, search=search, step=lambda name: None)
         shaped, result, times = sliced.printable, sliced.result, sliced.program.times

@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ from slicer.sequence import Result
 from slicer.sequence.problem import Objective, Progress
 from slicer.support import Hanging, hanging
 from slicer.travel import Plan
-from vslice import __version__
+from vslice import __version__, last_order
 from vslice.nozzle import body_of
 from vslice.objective import join_mm, objective_name, objective_of
 from vslice.pressed import nozzle_name
@@ -42,7 +42,8 @@ class Sliced:
 
     ``greedy`` is what `travel` would be in the order of the source paper's hill climbing, which is what
     people otherwise do. ``pressing`` is how deep the printed pushes into the nozzle by the check's own model;
-    None for a nozzle without a body.
+    None for a nozzle without a body. ``recalled`` is whether the search started from the last order of the
+    same sheet.
     """
 
     sheet: Grid
@@ -55,6 +56,7 @@ class Sliced:
     greedy: float
     pressing: Pressing | None
     hanging: Hanging
+    recalled: bool
 
     @property
     def lines(self) -> Hatch:
@@ -153,7 +155,11 @@ MOST_META = 1000
 
 @dataclass(frozen=True)
 class Search:
-    """How an order of toolpaths is looked for; see ``sequence.solve``."""
+    """How an order of toolpaths is looked for; see ``sequence.solve``.
+
+    With ``recall`` it starts from the last order of the same sheet, and what it comes to is kept; see
+    ``vslice.last_order``.
+    """
 
     method: str = "auto"
     effort: str = "default"
@@ -163,6 +169,7 @@ class Search:
     seed: int = 0
     time_limit_s: float | None = None
     workers: int = 1
+    recall: bool = False
 
 
 def meta_line(meta: Any) -> str:
@@ -234,7 +241,7 @@ def slice_grid(
     height = bead_height_mm(profile.material, sheet.spacing_mm[row, col])
     volume.check_sheet(lines.segments, height, profile, lines.tile)
     step("sequencing")
-    shaped, objective, result = ordered(sheet, lines, profile, search, progress)
+    shaped, objective, result, recalled = ordered(sheet, lines, profile, search, progress)
     lines, problem = shaped.lines, shaped.problem
     body = problem.body
     step("routing")
@@ -254,6 +261,7 @@ def slice_grid(
         "objective": search.objective,
         "effort": search.effort + (" (ended early)" if result.stopped else ""),
         "seed": str(search.seed),
+        "initial": "the last order of the same sheet" if recalled else "none",
         "toolpaths": str(len(lines.segments)),
         "beads": str(plan.beads),
         "travel_straight_mm": f"{plan.straight_mm:.3f}",
@@ -266,7 +274,18 @@ def slice_grid(
         facts["meta"] = meta_line(sheet.meta)
     hangs = hanging(plan.toolpaths, made.height_mm)
     pressing = pressing_of(made, profile)
-    return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs)
+    return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled)
+
+
+class Ordered(NamedTuple):
+    """The toolpaths of a sheet as a profile's nozzle can print them, what they cost, their order, and
+    whether the search for it started from the last order of the same sheet.
+    """
+
+    printable: Printable
+    objective: Objective
+    result: Result
+    recalled: bool
 
 
 def ordered(
@@ -275,8 +294,8 @@ def ordered(
     profile: Profile,
     search: Search,
     progress: Callable[[Progress], None] | None = None,
-) -> tuple[Printable, Objective, Result]:
-    """The toolpaths of a sheet as a profile's nozzle can print them, what they cost, and their order."""
+) -> Ordered:
+    """Make the toolpaths of a sheet printable with a profile's nozzle and order them."""
     spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
     body = body_of(profile, spacing)
     nozzle = profile.nozzle
@@ -285,8 +304,10 @@ def ordered(
     )
     join = counted_join_mm(join_mm(profile, spacing), shaped.ends)
     objective = objective_of(profile, objective_name(search.objective), join)
+    recalled = last_order.recall(lines.segments, shaped) if search.recall else None
     result = sequence.solve(
         shaped.problem,
+        initial=recalled,
         method=search.method,
         effort=search.effort,
         time_limit_s=search.time_limit_s,
@@ -295,7 +316,9 @@ def ordered(
         workers=search.workers,
         progress=progress,
     )
-    return shaped, objective, result
+    if search.recall:
+        last_order.keep(lines.segments, shaped, result)
+    return Ordered(shaped, objective, result, recalled is not None)
 
 
 def routed(sheet: Grid, shaped: Printable, result: Result, profile: Profile) -> Plan:

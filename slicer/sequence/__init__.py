@@ -2,7 +2,8 @@
 ``METHODS`` in ``solve`` names, each in the folder whose means it uses.
 """
 
+from slicer.sequence.construct import followed
 from slicer.sequence.problem import Problem, Result
 from slicer.sequence.solve import METHODS, solve
 
-__all__ = ["METHODS", "Problem", "Result", "solve"]
+__all__ = ["METHODS", "Problem", "Result", "followed", "solve"]

@@ -86,6 +86,11 @@ if TYPE_CHECKING:  # it imports all that is heavy
     type=click.IntRange(1, MOST_WORKERS),
     help="Processes to search with; no more run than there are cores and memory for.",
 )
+@click.option(
+    "--fresh",
+    is_flag=True,
+    help="Do not start from the last order of the same sheet, and do not keep this one.",
+)
 @click.option("--send", is_flag=True, help="Check the program and stream it to the printer at --port.")
 @click.option("--port", metavar="PORT", help="With --send: as for 'vslice send'.")
 @click.option(
@@ -111,6 +116,7 @@ def command(
     seed: int,
     time_limit_s: float | None,
     workers: int,
+    fresh: bool,
     send: bool,
     port: str | None,
     upload_to: str | None,
@@ -167,7 +173,9 @@ def command(
         elif target is not None:
             refuse_foreign(target, profile, where.to)
     unit = unit_of(objective_name(objective))
-    search = Search(method, effort, objective, start, conflicts, seed, time_limit_s, workers)
+    search = Search(
+        method, effort, objective, start, conflicts, seed, time_limit_s, workers, recall=not fresh
+    )
     with progress(8 if measured else 6) as step, compiling() as first_run, warnings_said():
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
@@ -264,6 +272,8 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
         "estimated time": f"{sum(parts):.1f} s, without homing and heating",
         "saved": f"{_saved(sliced)}, by {result.method}{early}",
     }
+    if sliced.recalled:
+        rows["started from"] = "the last order of the same sheet (--fresh does not)"
     rows |= _nozzle_rows(sliced)
     rows["hanging"] = (
         f"{sliced.hanging.length_mm.sum():.1f} mm, {sliced.hanging.bridge_mm.max():.2f} mm at once"
