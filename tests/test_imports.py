@@ -25,6 +25,7 @@ INNER = {
     "tree_search": {"local_search", "construct", "problem"},
     "states": {"problem"},
     "bound": {"states", "problem"},
+    "rural_postman": {"bound", "problem"},
     "layered": {"bound", "states", "construct", "problem"},
     "portfolio": {"layered", "bound", "states", "tree_search", "local_search", "construct", "problem"},
 }

@@ -89,6 +89,9 @@ def command(
     columns named J speak of straight travel, whatever --objective was aimed at. With --objective routed or
     time two more columns tell what was minimised, and its bound; the search counts the time of each travel
     from stop to stop.
+
+    Below it stands the price of printability: how far the least J is above the J of the same toolpaths in any
+    order at all, which no print can use.
     """
     target = None if is_stdout(out) else out
     file_format = "md" if target is None else target.suffix.lstrip(".").lower()
@@ -115,12 +118,12 @@ def command(
     # Under a body the corner of a grid may be no place to begin, nor the first toolpath, once it is cut.
     if problem.first is None and start == "corner" and spacing_mm is None and ends is None:
         no_effect("an instance without a first toolpath", "start")
-    with progress(1 + len(comparison.runs(names, seeds, goal))) as step, compiling() as first_run:
+    with progress(2 + len(comparison.runs(names, seeds, goal))) as step, compiling() as first_run:
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
         step("loading")
         comparison.warm_up(problem, names, goal, machine)
-        rows, traces = comparison.run_methods(
+        rows, traces, best = comparison.run_methods(
             problem,
             names,
             seeds=seeds,
@@ -130,10 +133,13 @@ def command(
             step=step,
             keep=None if play is None else played.keep,
         )
+        step("without precedence")
+        unordered = comparison.unordered(problem, best, effort)
     if json_wanted():
         click.echo(comparison.as_text(rows, "json", goal), nl=False)
     if target is not None or not json_wanted():
         output.write(target, [comparison.as_text(rows, file_format, goal).encode()])
+    say(comparison.price_of_printability(rows, unordered))
     if plot is not None and plot_format is not None:
         from gcode import preview
 

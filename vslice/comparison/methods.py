@@ -16,6 +16,7 @@ from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
 from slicer.sequence.problem import ObjectiveName, Progress, unit_of
+from slicer.sequence.rural_postman import Unordered, without_precedence
 from vslice.objective import join_mm, objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
 from vslice.printable import counted_join_mm
@@ -158,8 +159,10 @@ def run_methods(
     machine: Machine,
     step: Steps,
     keep: Callable[[str, Result, program.Program], None] | None = None,
-) -> tuple[list[Row], list[Trace]]:
+) -> tuple[list[Row], list[Trace], Result]:
     """Solve a problem with each method and each seed from 0; ``step`` is told what begins and how it goes.
+
+    The result is that with the least J of all runs.
 
     Greedy is always run, since the others are compared with it, but has a row and traces only where it is
     among the methods. ``keep`` is handed the program of every run.
@@ -200,7 +203,25 @@ def run_methods(
         _row(method, found[method], measured[method], max(bounds, default=None), greedy_mm)
         for method in methods
     ]
-    return rows, traces
+    least = min((result for results in found.values() for result in results), key=lambda r: r.travel_mm)
+    return rows, traces, least
+
+
+def unordered(problem: Problem, best: Result, effort: str) -> Unordered:
+    """The same toolpaths without precedence, from the best printable sequence on."""
+    return without_precedence(problem, (2 * best.order + best.flipped).astype(np.int32), effort=effort)
+
+
+def price_of_printability(rows: Sequence[Row], free: Unordered) -> str:
+    """What precedence costs in straight travel: between which parts of what is travelled without it."""
+    least = min(row.travel_best_mm for row in rows)
+    most = 100 * (least / free.lower_bound_mm - 1) if free.lower_bound_mm else 0.0
+    bound = max((row.travel_bound_mm for row in rows if row.travel_bound_mm is not None), default=0.0)
+    fewest = max(0.0, 100 * (bound / free.travel_mm - 1)) if free.travel_mm else 0.0
+    return (
+        f"Without precedence, which no print can use: J {free.travel_mm:.4f} mm, at least "
+        f"{free.lower_bound_mm:.4f} mm. The price of printability is {fewest:.1f} to {most:.1f} % of that."
+    )
 
 
 def _laid_out(problem: Problem, result: Result, machine: Machine) -> tuple[float, program.Program]:

@@ -30,6 +30,8 @@ SETTLE = 60
 """Kicks for each toolpath that bring the start into shape for the beam."""
 REST = 20
 """Kicks for each toolpath that are left to do after a beam that saw the whole sheet."""
+REST_S = 4e-3
+"""Seconds that local search and trees behind a proof take for each toolpath."""
 ROLLOUTS_PER_TOOLPATH = {"quick": 2, "default": 6}
 MOST_ROLLOUTS = {"quick": 50_000, "default": 250_000}
 """Beyond these a toolpath gets less than that."""
@@ -66,6 +68,8 @@ def _stages(search: Search) -> bool:
             return True
         if search.should_stop():
             return False
+        if not search.pays(REST_S * n):
+            return True
         if search.cost < settled:
             # The large structure is right: what is left to do is small.
             perturbations, first_temperature = min(perturbations, REST * n), MILD

@@ -8,7 +8,7 @@ from slicer.sequence.problem.directions import directed, start_of
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
 from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName, unit_of
 from slicer.sequence.problem.problem import REACH_MM, Problem, compressed
-from slicer.sequence.problem.random_numbers import Draws, draw, scrambled
+from slicer.sequence.problem.random_numbers import Draws, draw, random_state, scrambled
 from slicer.sequence.problem.result import Result
 from slicer.sequence.problem.search import EFFORTS, Method, Outcome, Progress, Search
 from slicer.sequence.problem.sequence_cost import skyline_cost, string_cost, true_cost
@@ -49,6 +49,7 @@ __all__ = [
     "least_travel_cost",
     "leg_cost",
     "neighbours",
+    "random_state",
     "real_number",
     "realizer",
     "scrambled",

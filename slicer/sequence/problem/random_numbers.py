@@ -21,6 +21,7 @@ class Draws(IntEnum):
     REFINEMENT = 1
     TREES = 2
     ANTS = 3
+    RURAL_POSTMAN = 4
 
 
 def random_state(seed: int, draws: Draws, stream: int | None = None) -> NDArray[np.uint64]:

@@ -25,6 +25,10 @@ EFFORTS = ("quick", "default", "high")
 WORTH = {"quick": 0.02, "default": 0.01, "high": 0.0}
 """Part of the cost that the next stage of a search must be able to save, or it is not begun."""
 
+LIKELY = 0.5
+"""Part of what the bound leaves to gain that a stage may be expected to gain: on examples and random walks no
+stage behind the proof of "time" gained more."""
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -163,6 +167,18 @@ class Search:
     def near_enough(self) -> bool:
         """Whether the bound proves that no further stage can gain more than ``WORTH`` of the cost allows."""
         return self.started and self.lower_bound >= (1.0 - WORTH[self.effort]) * self.cost
+
+    def pays(self, seconds: float) -> bool:
+        """Whether a stage may gain more seconds of printing than it takes seconds of work.
+
+        Where the cost is no time, nothing is known of what can be gained, or for papers, it always may.
+
+        Args:
+            seconds: of work, from counts and never from the clock, so that results are the same everywhere.
+        """
+        if self.effort == "high" or self.objective.unit != "s" or self.lower_bound == 0.0:
+            return True
+        return LIKELY * (self.cost - self.lower_bound) >= seconds
 
     @property
     def serves_another(self) -> bool:

@@ -574,3 +574,18 @@ def test_the_start_of_an_instance_is_its_own_or_free(run):
     assert run("compare", "good.json", "--methods", "greedy")[0] == 0
     assert load_instance(REFERENCE / "2x2_s1.json", "corner").problem.first == 0
     assert load_instance(REFERENCE / "2x2_s1.json", "free").problem.first is None
+
+
+def test_the_price_of_printability_stands_below_the_table(run):
+    _, out, err = run("compare", REFERENCE / "3x3_s1.json", "--methods", "greedy,exact", "--seeds", "1")
+    found = re.search(
+        r"Without precedence, which no print can use: J ([\d.]+) mm, at least ([\d.]+) mm\. "
+        r"The price of printability is ([\d.]+) to ([\d.]+) % of that\.",
+        err,
+    )
+    travel, bound, least, most = map(float, found.groups())
+    exact = float(out.splitlines()[3].split("|")[3])
+    assert bound <= travel < exact
+    assert least == pytest.approx(100 * (exact / travel - 1), abs=0.06)  # exact is proved
+    assert most == pytest.approx(100 * (exact / bound - 1), abs=0.06)
+    assert travel < 9.90  # 9.67 is the optimum, by HiGHS with all violated cuts of subtours

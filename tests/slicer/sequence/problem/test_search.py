@@ -103,3 +103,26 @@ def test_a_proof_is_told_in_the_unit_of_the_objective(problem, goal):
     assert result.gap == 0.0
     assert result.travel_proved == (goal is STRAIGHT or result.travel_mm == result.lower_bound_mm)
     assert f"{result.cost:.4f} {goal.unit} (optimal)" in result.summary()
+
+
+@pytest.mark.parametrize(
+    ("objective", "effort", "part", "pays"),
+    [
+        (TIME, "default", 0.98, False),  # 2 % of a few seconds is less than a second of work
+        (TIME, "default", 0.0, True),  # nothing is known of what can be gained
+        (TIME, "high", 0.98, True),
+        (STRAIGHT, "default", 0.98, True),  # millimetres are no seconds
+        (ROUTED, "default", 0.98, True),
+    ],
+)
+def test_a_stage_that_takes_longer_than_what_it_may_gain_does_not_pay(problem, objective, effort, part, pays):
+    search = Search(problem, objective=objective, effort=effort, initial=sequences(problem)[1])
+    search.raise_bound(part * search.cost)
+    assert search.pays(0.02 * search.cost) is pays
+
+
+def test_a_stage_that_may_gain_more_than_it_takes_pays(problem):
+    search = Search(problem, objective=TIME, initial=sequences(problem)[1])
+    search.raise_bound(0.5 * search.cost)
+    assert search.pays(0.2 * search.cost)
+    assert not search.pays(0.3 * search.cost)
