@@ -328,7 +328,7 @@ def test_the_bar_has_a_step_for_each_run_and_shows_best_and_bound(run, monkeypat
         "--effort",
         "quick",
     )
-    assert totals == [len(told.steps)] == [6]
+    assert totals == [len(told.steps)] == [7]
     assert told.steps == [
         "loading",
         "exact, seed 0",
@@ -336,6 +336,7 @@ def test_the_bar_has_a_step_for_each_run_and_shows_best_and_bound(run, monkeypat
         "local, seed 1",
         "local, seed 2",
         "greedy, seed 0",
+        "without precedence",
     ]
     assert any("5.68 mm, at least 5.6" in text for text in told.details), told.details
 
