@@ -17,6 +17,7 @@ from gcode.bead import bead_area_mm2, bead_height_mm, feed_per_mm
 from gcode.estimate import Times, times_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
+from gcode.written import seconds_as_read
 from profiles import Profile, render
 
 if TYPE_CHECKING:  # it imports what compiles the routing
@@ -107,7 +108,7 @@ def lay_out(
         feed_mm=float((rate * (length + joins)).sum()),
         primed_mm=primed,
         material_ul=float((bead_area_mm2(material, height) * (length + joins)).sum()) * material.flow,
-        times=times_of(moves, profile),
+        times=times_of(moves, seconds_as_read(moves, profile)),
         profile=profile,
     )
 
@@ -288,7 +289,8 @@ class _Writer:
         return Move(Kind.FEED, self.x, self.y, self.depth, e_mm, speed, toolpath=self.toolpath)
 
     def _here(self, kind: Kind, text: str = "", seconds: float = 0.0) -> Move:
-        return Move(kind, self.x, self.y, self.depth, seconds=seconds, text=text, toolpath=self.toolpath)
+        depth = math.nan if math.isnan(self.x) else self.depth  # before it has arrived, none is known
+        return Move(kind, self.x, self.y, depth, seconds=seconds, text=text, toolpath=self.toolpath)
 
     def _dwell(self, seconds: float) -> Iterator[Move]:
         if seconds > 0:

@@ -1,5 +1,6 @@
 """Uploads to the real OctoPrint and the real Moonraker, each in a process of its own on the loopback address."""
 
+import math
 import os
 import time
 from pathlib import Path
@@ -111,11 +112,12 @@ def test_octoprint_prints_what_was_uploaded_and_nothing_else_meanwhile(octo):
 @pytest.mark.parametrize("feed_kind", ["generic", "syringe", "pneumatic"])
 def test_moonraker_reads_time_filament_temperatures_and_the_picture(moon, feed_kind):
     name = f"klipper-{feed_kind}"
-    data = program(name)[0]
+    data, seconds, *_ = program(name)
     done = upload(data, f"{name}.gcode", to="moonraker", url=moon)
     assert done.verified == "size and SHA-256"
     found = get(moon, f"/server/files/metadata?filename={done.name}", headers={})["result"]
     assert (found["slicer"], found["slicer_version"]) == ("vslice", "test")
+    assert found["estimated_time"] == math.ceil(seconds)
     assert f";TIME:{found['estimated_time']}" in data.decode().splitlines()
     head = dict(
         line[2:].split(" = ") for line in data.decode().splitlines() if line.startswith("; filament used")
