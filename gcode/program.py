@@ -155,7 +155,7 @@ class _Writer:
         primed: float,
     ) -> Iterator[Move]:
         profile = self.profile
-        yield self._comment("TYPE:CUSTOM")
+        yield self._comment("TYPE:Custom")
         yield from self._commands(render(profile.gcode.start, profile.values))
         yield from self._commands(list(profile.flavor.modes))
         if len(plan.toolpaths):
@@ -163,7 +163,7 @@ class _Writer:
                 where = volume.prime_line(plan.toolpaths, height, profile, self.shift, self.body)
                 yield from self._prime(*where, float(height[0]), primed)
             yield from self._print(plan, feed, join_feed, height)
-        yield self._comment("TYPE:CUSTOM")
+        yield self._comment("TYPE:Custom")
         yield from self._commands(render(profile.gcode.end, profile.values))
 
     def _print(
@@ -188,7 +188,7 @@ class _Writer:
             elif k:
                 yield from self._travel([*via[via_start[k] : via_start[k + 1]], start])
             if k == 0:
-                yield self._comment("TYPE:FILL")
+                yield self._comment("TYPE:Internal infill")
                 yield self._comment(f"WIDTH:{plain(self.profile.material.width_mm)}")
             if heights[k] != bead_height:
                 bead_height = heights[k]
@@ -205,7 +205,7 @@ class _Writer:
     def _prime(self, start: float, end: float, height: float, feed: float) -> Iterator[Move]:
         """Fill the nozzle along a line on the bed, and leave it upwards."""
         on_bed = self.profile.machine.bed_z_mm + height / 2
-        yield self._comment("TYPE:SKIRT")
+        yield self._comment("TYPE:Skirt/Brim")
         yield self._comment(f"WIDTH:{plain(self.profile.material.width_mm)}")
         yield self._comment(f"HEIGHT:{plain(height)}")
         yield from self._arrive(start, on_bed)

@@ -156,7 +156,9 @@ def test_a_valve_turns_when_the_estimate_says():
         if move.text.startswith("SET_PIN") and int(move.text[-1]) != state:
             state = int(move.text[-1])
             said.append((passed[k] - passed[begins], state))
-    done = [(s - found["first_s"], int(ticks > 0)) for _, s, ticks in found["outputs"] if s > found["first_s"]]
+    done = [
+        (s - found["first_s"], int(ticks > 0)) for _, s, ticks in found["outputs"] if s > found["first_s"]
+    ]
     assert len(said) > 6
     assert [state for _, state in done] == [state for _, state in said]
     np.testing.assert_allclose([s for s, _ in done], [s for s, _ in said], rtol=0.005, atol=0.02)

@@ -92,7 +92,7 @@ def messages(parser, data):
         if size > 0:
             place = 2  # behind length and sequence
             while place < size - 3:
-                number, at = parser.msgid_parser.parse(data, place)
+                number, _ = parser.msgid_parser.parse(data, place)
                 kind = parser.messages_by_id[number]
                 values, place = kind.parse(data, place)
                 yield kind.name, values
