@@ -39,6 +39,12 @@ class Flavor:
         allows_cold: the command that allows to extrude cold; None where the printer's own settings do.
         axis_speed_per_s: how many of the units of M203 are a mm/s: 1, or 60 where it counts in mm/min.
         limits: which of the commands for speeds and accelerations it obeys.
+        accelerations: the line that sets those along toolpaths, of the feed and of travels, in braces by name;
+            None where a program cannot.
+        one_acceleration: whether it has one for toolpaths and travels.
+        message: the line that shows a text on the display; None where there is none.
+        messages: commands that say something, to people or to the host.
+        tool_offsets: commands that put the tool elsewhere than a program says.
         knows: all commands of a letter and a number that it knows as shipped; None if they are too many.
         parentheses: whether what stands in them is a comment.
         max_line: the longest line in bytes, comments apart; None for any.
@@ -63,6 +69,11 @@ class Flavor:
     allows_cold: str | None = "M302"
     axis_speed_per_s: float = 1.0
     limits: frozenset[str] = frozenset({"M201", "M203", "M204", "M205"})
+    accelerations: str | None = "M204 P{printing} R{retracting} T{travelling}"
+    one_acceleration: bool = False
+    message: str | None = "M117 {text}"
+    messages: frozenset[str] = frozenset({"M117", "M118"})
+    tool_offsets: frozenset[str] = frozenset({"M206", "M218", "M290", "M851"})
     knows: frozenset[str] | None = None
     parentheses: bool = True
     max_line: int | None = MAX_LINE
@@ -114,6 +125,10 @@ KLIPPER = Flavor(
     empties_queue=frozenset({"G4", "G28", "M400"}),
     allows_cold=None,  # [extruder] min_extrude_temp in printer.cfg
     limits=frozenset({"M204", "SET_VELOCITY_LIMIT"}),
+    accelerations="SET_VELOCITY_LIMIT ACCEL={printing}",
+    one_acceleration=True,
+    messages=frozenset({"M117", "M118", "RESPOND", "SET_DISPLAY_TEXT"}),
+    tool_offsets=frozenset({"SET_GCODE_OFFSET", "SAVE_GCODE_STATE", "RESTORE_GCODE_STATE"}),
     # What Klipper ships, with the sections that most printers have; the rest are macros of the printer's own.
     knows=_codes("G", "0 1 2 3 4 10 11 17 18 19 21 28 90 91 92")
     | _codes("M", "18 20 21 23 24 25 26 27 73 82 83 84 104 105 106 107 109 112 114 115 117 118 119")
@@ -133,6 +148,9 @@ REPRAPFIRMWARE = Flavor(
     empties_queue=frozenset({"G4", "G28", "M400"}),
     axis_speed_per_s=60.0,
     limits=frozenset({"M201", "M203", "M204", "M566"}),
+    accelerations="M204 P{printing} T{travelling}",
+    message='M117 "{text}"',
+    tool_offsets=frozenset({"G10", "M206", "M290", "M563"}),  # G10 with words; bare it draws back
     parentheses=False,
     max_line=255,
     unsure="its console asks for damaged lines again, but takes a line that it has had a second time",
@@ -155,6 +173,10 @@ GRBL = Flavor(
     progress=False,
     allows_cold=None,
     limits=frozenset(),
+    accelerations=None,  # $120 to $123
+    message=None,
+    messages=frozenset(),
+    tool_offsets=frozenset({"G10", "G43.1"}),
     knows=_codes(
         "G", "0 1 2 3 4 10 17 18 19 20 21 28 30 38.2 38.3 38.4 38.5 40 43.1 49 53 54 55 56 57 58 59 61"
     )

@@ -157,7 +157,7 @@ class _Writer:
         profile = self.profile
         yield self._comment("TYPE:Custom")
         yield from self._commands(render(profile.gcode.start, profile.values))
-        yield from self._commands(list(profile.flavor.modes))
+        yield from self._commands(profile.settings_lines)
         if len(plan.toolpaths):
             if profile.motion.prime_mm:
                 where = volume.prime_line(plan.toolpaths, height, profile, self.shift, self.body)
