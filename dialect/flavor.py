@@ -39,8 +39,8 @@ class Flavor:
         allows_cold: the command that allows to extrude cold; None where the printer's own settings do.
         axis_speed_per_s: how many of the units of M203 are a mm/s: 1, or 60 where it counts in mm/min.
         limits: which of the commands for speeds and accelerations it obeys.
-        accelerations: the line that sets those along toolpaths, of the feed and of travels, in braces by name;
-            None where a program cannot.
+        accelerations: the line that sets those of toolpaths, the feed and travels, by names in braces; None
+            where a program cannot.
         one_acceleration: whether it has one for toolpaths and travels.
         message: the line that shows a text on the display; None where there is none.
         messages: commands that say something, to people or to the host.

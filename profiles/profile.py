@@ -374,8 +374,8 @@ class Profile(_Section):
                 raise PydanticCustomError(
                     "flavor",
                     f"[gcode] set_accelerations: {title} has one for toolpaths and travels, but [motion] "
-                    f"print_acceleration_mm_s2 is {both[0]:g} and travel_acceleration_mm_s2 {both[1]:g}; make "
-                    "them equal.",
+                    f"print_acceleration_mm_s2 is {both[0]:g} and travel_acceleration_mm_s2 {both[1]:g}; "
+                    "make them equal.",
                 )
         if not message:
             return
