@@ -111,6 +111,8 @@ M84
 ; gcode.valve_close = []
 ; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
+; gcode.set_accelerations = false
+; gcode.message = ""
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
 ; printer.window_lines = 4
@@ -122,4 +124,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:9d419047d700ff7b46e863474e169e9fb6c0348bd402ade5d5aed5e70188cdea
+; vslice profile end sha256:bf428bfeb90706e1a9a00d2b26229c1be16e9ee2a0050fccc7e297a731c1b9e1

@@ -198,6 +198,8 @@ M84
 ; gcode.valve_close = ["M107"]
 ; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
+; gcode.set_accelerations = false
+; gcode.message = ""
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
 ; printer.window_lines = 4
@@ -209,4 +211,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:15eece867670376520db97d4eb29bcfbe39d55651da4f03368e555f9fa61551b
+; vslice profile end sha256:9da68c1fd35e048265050b63c76626df5089dfb3bdb36f1742a7a9b37e77acf0

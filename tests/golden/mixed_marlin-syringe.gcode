@@ -141,6 +141,8 @@ M84
 ; gcode.valve_close = []
 ; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
+; gcode.set_accelerations = false
+; gcode.message = ""
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
 ; printer.window_lines = 4
@@ -152,4 +154,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:6403f84df0f70fc26b7efccd4fc568ad04e9fc154c61b56d22cc4040d44fc2f0
+; vslice profile end sha256:a79d45dc823e1eba6406b6ad36db5dd3fed47a21e1290b0d66e7e1742c405c4e

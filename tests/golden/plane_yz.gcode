@@ -111,6 +111,8 @@ M84
 ; gcode.valve_close = []
 ; gcode.allowed_commands = []
 ; gcode.progress_m73 = false
+; gcode.set_accelerations = false
+; gcode.message = ""
 ; gcode.thumbnail_px = null
 ; printer.baud = 115200
 ; printer.window_lines = 4
@@ -122,4 +124,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:9d539d31f04fc190357cf63a6bf79001f3841f3927666c34a041b09df0d3e673
+; vslice profile end sha256:2c87f6355da3c82f0e125acf9f647501289f564b5b81d9be400804110172c3e7
