@@ -28,6 +28,7 @@ def measure(size: int) -> dict[str, float]:
     import gcode.check
     import profiles
     from gcode import emit, estimate, program
+    from gcode.written import seconds_as_read
     from slicer import generate, grid, hatch, sequence, travel
 
     # All that compiles or imports is done once on a small sheet before the clock starts.
@@ -54,7 +55,7 @@ def measure(size: int) -> dict[str, float]:
             made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile)
             part_file.write_text("\n".join(emit.emit(made, profile, {})))
             marks.append(time.perf_counter())
-            estimate.times_of(made.moves, profile)
+            estimate.times_of(made.moves, seconds_as_read(made.moves, profile))
             marks.append(time.perf_counter())
             report = gcode.check.check_file(part_file, profile, sheet)
             marks.append(time.perf_counter())

@@ -1,21 +1,20 @@
-"""Moves become text: the only place where axis letters and number formats exist."""
+"""A program becomes a file: a head and a tail that say what it is, and its moves between them."""
 
 import base64
 import math
 from collections.abc import Iterator, Mapping
 
-from dialect.flavor import Flavor
-from dialect.numbers import feed, plain, position, rate
+import numpy as np
+
+from dialect.numbers import plain, position
 from gcode import carried
 from gcode.bead import feed_area_mm2
-from gcode.estimate import seconds_of
-from gcode.moves import Kind, Move
+from gcode.moves import Kind
 from gcode.program import Program
+from gcode.written import seconds_as_read, written
 from profiles import Profile
 
 THUMBNAIL_LINE = 78
-E_STEP = 1e-5
-"""The last decimal of E."""
 
 
 def emit(
@@ -41,7 +40,7 @@ def _head(
     program: Program, profile: Profile, facts: Mapping[str, str], thumbnail_png: bytes | None
 ) -> Iterator[str]:
     yield from profile.flavor.heads(facts.get("version", ""))
-    yield f";TIME:{math.ceil(program.seconds)}"
+    yield f";TIME:{_whole_s(program)}"
     yield f";Filament used: {(program.feed_mm + program.primed_mm) / 1000:.5f}m"
     for key, value in facts.items():
         # The name of a file may hold a line end, and what is behind it would be a command.
@@ -57,8 +56,13 @@ def _head(
         yield "; thumbnail end"
 
 
+def _whole_s(program: Program) -> int:
+    """The estimated duration, rounded up; a whole second that was added up in another order stays one."""
+    return math.ceil(round(program.seconds, 6))
+
+
 def _tail(program: Program, profile: Profile) -> Iterator[str]:
-    seconds = math.ceil(program.seconds)
+    seconds = _whole_s(program)
     parts = [(seconds // 86400, "d"), (seconds // 3600 % 24, "h"), (seconds // 60 % 60, "m")]
     text = " ".join(f"{count}{unit}" for count, unit in parts if count) + f" {seconds % 60}s"
     yield f"; estimated printing time (normal mode) = {text.strip()}"
@@ -83,77 +87,18 @@ def _settings(program: Program, profile: Profile) -> Iterator[str]:
 
 
 def _body(program: Program, profile: Profile) -> Iterator[str]:
-    horizontal, across = ("X", "Y") if profile.machine.plane == "XZ" else ("Y", "X")
-    letters = (across, horizontal, "Z")  # the axis across the sheet is named once, at the first move
-    at = ["", "", ""]
-    speed = ""
-    axis = _FeedAxis(profile.flavor)
-    elapsed, percent = 0.0, -1
-    for move, seconds in zip(program.moves, seconds_of(program.moves, profile).tolist(), strict=True):
-        if profile.gcode.progress_m73 and program.seconds > 0:
-            done = int(100 * elapsed / program.seconds)
-            if done > percent:
-                percent = done
-                yield f"M73 P{percent} R{math.ceil((program.seconds - elapsed) / 60)}"
-        elapsed += seconds
-        kind = move.kind
-        if kind in (Kind.TRAVEL, Kind.EXTRUDE):
-            words = []
-            for k, value in enumerate((move.depth_mm, move.x_mm, move.y_mm)):
-                if not math.isnan(value) and (text := position(value)) != at[k]:
-                    at[k] = text
-                    words.append(letters[k] + text)
-            if not words:
-                continue
-            if kind == Kind.EXTRUDE and move.e_mm:
-                words.append(axis.extruded(move.e_mm))
-            if (text := rate(move.speed_mm_s)) != speed:
-                speed = text
-                words.append("F" + text)
-            yield ("G0 " if kind == Kind.TRAVEL else "G1 ") + " ".join(words)
-        elif kind == Kind.FEED:
-            speed = rate(move.speed_mm_s)
-            yield f"G1 {axis.fed(move.e_mm)} F{speed}"
-        else:
-            yield _plain(move, profile.flavor)
-    if profile.gcode.progress_m73 and percent < 100:
+    """The moves, with how far the print is before each that is the first of another percent."""
+    lines = written(program.moves, profile)
+    if not profile.gcode.progress_m73 or program.seconds <= 0:
+        yield from (line for _, line in lines)
+        return
+    passed = np.concatenate(([0.0], np.cumsum(seconds_as_read(program.moves, profile)))).tolist()
+    percent = -1
+    for k, line in lines:
+        done = int(100 * passed[k] / program.seconds)
+        if done > percent:
+            percent = done
+            yield f"M73 P{percent} R{math.ceil((program.seconds - passed[k]) / 60)}"
+        yield line
+    if percent < 100:
         yield "M73 P100 R0"
-
-
-class _FeedAxis:
-    """The axis that pushes material, from where it is or from the start of the program."""
-
-    def __init__(self, flavor: Flavor) -> None:
-        self._letter, self._relative = flavor.feed_letter, flavor.relative_feed
-        self._debt = 0.0  # feed that was due and lost to rounding
-        self._at = 0  # in the last decimal of E
-
-    def extruded(self, mm: float) -> str:
-        """The word of a toolpath; what rounding takes is given to the next."""
-        text = feed(max(mm + self._debt, E_STEP))  # what extrudes must not become a travel
-        self._debt += mm - float(text)
-        return self._word(text)
-
-    def fed(self, mm: float) -> str:
-        """The word of a movement of the feed alone."""
-        return self._word(feed(mm))
-
-    def _word(self, text: str) -> str:
-        if self._relative:
-            return self._letter + text
-        self._at += round(float(text) / E_STEP)
-        return self._letter + feed(self._at * E_STEP)
-
-
-def _plain(move: Move, flavor: Flavor) -> str:
-    match move.kind:
-        case Kind.FIRMWARE_RETRACT:
-            return "G10"
-        case Kind.FIRMWARE_PRIME:
-            return "G11"
-        case Kind.DWELL:
-            return flavor.dwell(move.seconds)
-        case Kind.COMMENT:
-            return ";" + move.text
-        case _:
-            return move.text

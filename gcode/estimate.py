@@ -106,9 +106,12 @@ def seconds_of(moves: Sequence[Move], profile: Profile) -> NDArray[np.float64]:
     return seconds
 
 
-def times_of(moves: Sequence[Move], profile: Profile) -> Times:
-    """Where the time goes of a program as ``program.build`` lays it out, whose moves know their toolpath."""
-    seconds = seconds_of(moves, profile)
+def times_of(moves: Sequence[Move], seconds: NDArray[np.float64]) -> Times:
+    """Where the time goes of a program as ``program.build`` lays it out, whose moves know their toolpath.
+
+    Args:
+        seconds: (n,), of each move.
+    """
     kind = np.array([move.kind for move in moves], np.intp)
     toolpath = np.array([move.toolpath for move in moves], np.intp)
     printing = (kind == Kind.EXTRUDE) & (toolpath >= 0)

@@ -114,7 +114,8 @@ def check_commands(moves: list[Move], printing: list[bool], profile: Profile) ->
         elif why is None and middle:
             why = _in_the_middle(move.text, code, profile)
         elif why is None and not own and code not in (*HEATERS, *SETTINGS, *NO_EFFECT, "M302"):
-            why = why_not(move.text, k > last, flavor) if laid else None
+            known = flavor.name == "klipper" and ACCELERATION_ALONE.fullmatch(move.text)
+            why = why_not(move.text, k > last, flavor) if laid and not known else None
         if why is not None:
             found.append(Violation(move.line, "command", f"{move.text} {why}"))
     return found
@@ -213,6 +214,8 @@ def _anywhere(text: str, code: str, profile: Profile) -> str | None:
         return wrong_temperature(words, code, profile)
     if code in SETTINGS:
         return out_of_range(text, profile.flavor)
+    if code in profile.flavor.tool_offsets and words:
+        return "puts the tool elsewhere than the program says; what comes is unsure"
     longer = base in ("G10", "G11") and text != base  # of a tool, a coordinate system, or of another length
     subcode = code != base and base in ("G4", "G20", "G21", "G28", "G90", "G91", "G92")
     numbered = code[1:2].isdigit()
@@ -263,8 +266,8 @@ def _in_the_middle(text: str, code: str, profile: Profile) -> str | None:
         return None
     if code == "G92" and words.keys() == {"E"}:
         return None
-    if code in ("M117", "M118"):
-        return ASKS_HOST if code == "M118" and asks_host(text) else None
+    if code in profile.flavor.messages:
+        return ASKS_HOST if code != "M117" and asks_host(text) else None
     if code in FANS and words.keys() <= {"S", "P"} and all(value is not None for value in words.values()):
         return None
     if code in HEATERS:

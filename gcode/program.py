@@ -17,6 +17,7 @@ from gcode.bead import bead_area_mm2, bead_height_mm, feed_per_mm
 from gcode.estimate import Times, times_of
 from gcode.limits import AxisLimits
 from gcode.moves import Kind, Move
+from gcode.written import seconds_as_read
 from profiles import Profile, render
 
 if TYPE_CHECKING:  # it imports what compiles the routing
@@ -107,7 +108,7 @@ def lay_out(
         feed_mm=float((rate * (length + joins)).sum()),
         primed_mm=primed,
         material_ul=float((bead_area_mm2(material, height) * (length + joins)).sum()) * material.flow,
-        times=times_of(moves, profile),
+        times=times_of(moves, seconds_as_read(moves, profile)),
         profile=profile,
     )
 
@@ -154,15 +155,15 @@ class _Writer:
         primed: float,
     ) -> Iterator[Move]:
         profile = self.profile
-        yield self._comment("TYPE:CUSTOM")
+        yield self._comment("TYPE:Custom")
         yield from self._commands(render(profile.gcode.start, profile.values))
-        yield from self._commands(list(profile.flavor.modes))
+        yield from self._commands(profile.settings_lines)
         if len(plan.toolpaths):
             if profile.motion.prime_mm:
                 where = volume.prime_line(plan.toolpaths, height, profile, self.shift, self.body)
                 yield from self._prime(*where, float(height[0]), primed)
             yield from self._print(plan, feed, join_feed, height)
-        yield self._comment("TYPE:CUSTOM")
+        yield self._comment("TYPE:Custom")
         yield from self._commands(render(profile.gcode.end, profile.values))
 
     def _print(
@@ -187,7 +188,7 @@ class _Writer:
             elif k:
                 yield from self._travel([*via[via_start[k] : via_start[k + 1]], start])
             if k == 0:
-                yield self._comment("TYPE:FILL")
+                yield self._comment("TYPE:Internal infill")
                 yield self._comment(f"WIDTH:{plain(self.profile.material.width_mm)}")
             if heights[k] != bead_height:
                 bead_height = heights[k]
@@ -204,7 +205,7 @@ class _Writer:
     def _prime(self, start: float, end: float, height: float, feed: float) -> Iterator[Move]:
         """Fill the nozzle along a line on the bed, and leave it upwards."""
         on_bed = self.profile.machine.bed_z_mm + height / 2
-        yield self._comment("TYPE:SKIRT")
+        yield self._comment("TYPE:Skirt/Brim")
         yield self._comment(f"WIDTH:{plain(self.profile.material.width_mm)}")
         yield self._comment(f"HEIGHT:{plain(height)}")
         yield from self._arrive(start, on_bed)
@@ -288,7 +289,8 @@ class _Writer:
         return Move(Kind.FEED, self.x, self.y, self.depth, e_mm, speed, toolpath=self.toolpath)
 
     def _here(self, kind: Kind, text: str = "", seconds: float = 0.0) -> Move:
-        return Move(kind, self.x, self.y, self.depth, seconds=seconds, text=text, toolpath=self.toolpath)
+        depth = math.nan if math.isnan(self.x) else self.depth  # before it has arrived, none is known
+        return Move(kind, self.x, self.y, depth, seconds=seconds, text=text, toolpath=self.toolpath)
 
     def _dwell(self, seconds: float) -> Iterator[Move]:
         if seconds > 0:

@@ -33,6 +33,10 @@ class Stroke(NamedTuple):
     depth: float
 
 
+SKIRTS = frozenset({"TYPE:Skirt/Brim", "TYPE:Skirt", "TYPE:SKIRT"})
+"""What PrusaSlicer, its older versions and Cura call what is printed beside the part."""
+
+
 def motions(moves: Sequence[Move], printing: Sequence[bool]) -> list[Stroke]:
     """Every movement in the plane of which both ends are known.
 
@@ -216,8 +220,8 @@ def _superfluous(
 
 
 def prime_strokes(laid: list[Stroke], moves: Sequence[Move], prime_mm: float = 0.0) -> set[int]:
-    """The program lines that only fill the nozzle: printed behind ``;TYPE:SKIRT``, before all toolpaths, and
-    beside all of them. The comment alone excuses nothing: a line over the sheet is one of the sheet.
+    """The program lines that only fill the nozzle: printed behind ``;TYPE:Skirt/Brim``, before all toolpaths,
+    and beside all of them. The comment alone excuses nothing: a line over the sheet is one of the sheet.
 
     Hosts strip comments. Where a program has none of a type, its first line is that line if it is level, as
     long as the profile's ``prime_mm``, no higher than anything else, and beside all the rest.
@@ -231,7 +235,7 @@ def prime_strokes(laid: list[Stroke], moves: Sequence[Move], prime_mm: float = 0
             if move.text.startswith("TOOLPATH"):
                 break
             if move.text.startswith("TYPE:"):
-                skirt = move.text == "TYPE:SKIRT"
+                skirt = move.text in SKIRTS
         elif skirt and move.kind in (Kind.TRAVEL, Kind.EXTRUDE):
             marked.add(move.line)
     first = [stroke for stroke in laid if stroke.prints and stroke.line in marked]

@@ -6,8 +6,11 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from dialect.commands import code_of
 from dialect.flavor import FLAVORS, Flavor
-from profiles.template import check_template
+from dialect.numbers import plain
+from dialect.reader import clean
+from profiles.template import check_template, render
 
 
 def _between(low: float, high: float) -> Any:
@@ -257,6 +260,15 @@ class Gcode(_Section):
     progress_m73: bool = Field(
         False, strict=True, description="Write M73 progress; off in Marlin by default."
     )
+    set_accelerations: bool = Field(
+        False,
+        strict=True,
+        description="Write the accelerations of [motion] into the program; off where the printer's own are "
+        "meant.",
+    )
+    message: OneLine = Field(
+        "", description="A text for the printer's display as the print begins; by default none."
+    )
     thumbnail_px: tuple[Pixels, Pixels] | None = Field(
         None, description="Width and height of a PNG thumbnail in the head; by default there is none."
     )
@@ -327,6 +339,53 @@ class Profile(_Section):
             if isinstance(value, int | float | str)
         }
 
+    @property
+    def settings_lines(self) -> list[str]:
+        """The lines that set what the program goes by: units and modes, accelerations, a text for people."""
+        motion, lines = self.motion, list(self.flavor.modes)
+        if self.gcode.set_accelerations and self.flavor.accelerations is not None:
+            given = {
+                "printing": plain(motion.print_acceleration_mm_s2),
+                "retracting": plain(motion.retract_acceleration_mm_s2),
+                "travelling": plain(motion.travel_acceleration_mm_s2),
+            }
+            lines.append(self.flavor.accelerations.format_map(given))
+        if self.gcode.message and self.flavor.message is not None:
+            lines.append(self.flavor.message.format(text=render([self.gcode.message], self.values)[0]))
+        return lines
+
+    def _unknown(self, line: str) -> str | None:
+        """What is wrong with a sound line of a block: its firmware does not know its command."""
+        code = code_of(clean(render([line], self.values)[0], self.flavor))
+        why = self.flavor.unknown(code)
+        if why is None or code.upper() in map(str.upper, self.gcode.allowed_commands):
+            return None
+        return f"'{line}': {code} {why}; if yours has it, as a macro, name it in [gcode] allowed_commands"
+
+    def _refuse_what_it_cannot_say(self) -> None:
+        title, motion, message = self.flavor.title, self.motion, self.gcode.message
+        if self.gcode.set_accelerations:
+            if self.flavor.accelerations is None:
+                raise PydanticCustomError(
+                    "flavor", f"[gcode] set_accelerations: {title} takes them as $ settings; leave it out."
+                )
+            both = motion.print_acceleration_mm_s2, motion.travel_acceleration_mm_s2
+            if self.flavor.one_acceleration and both[0] != both[1]:
+                raise PydanticCustomError(
+                    "flavor",
+                    f"[gcode] set_accelerations: {title} has one for toolpaths and travels, but [motion] "
+                    f"print_acceleration_mm_s2 is {both[0]:g} and travel_acceleration_mm_s2 {both[1]:g}; "
+                    "make them equal.",
+                )
+        if not message:
+            return
+        if self.flavor.message is None:
+            raise PydanticCustomError("flavor", f"[gcode] message: {title} has no display; leave it out.")
+        stray = next((letter for letter in ';"\\*' if letter in message), None)
+        problem = f"holds a {stray}" if stray else check_template(f"M117 {message}", self.values, self.flavor)
+        if problem:
+            raise PydanticCustomError("template", f"[gcode] message: {problem}")
+
     @model_validator(mode="after")
     def _consistent(self) -> "Profile":
         blocks = {
@@ -341,9 +400,10 @@ class Profile(_Section):
             blocks = {place: lines for place, lines in blocks.items() if place[0] == "gcode"}
         for (section, key), lines in blocks.items():
             for k, line in enumerate(lines):
-                problem = check_template(line, self.values, self.flavor)
+                problem = check_template(line, self.values, self.flavor) or self._unknown(line)
                 if problem:
                     raise PydanticCustomError("template", f"[{section}] {key}, line {k + 1}: {problem}")
+        self._refuse_what_it_cannot_say()
         if self.motion.firmware_retraction and not self.flavor.firmware_retraction:
             raise PydanticCustomError(
                 "flavor", f"[motion] firmware_retraction: {self.flavor.title} has none; leave it out."

@@ -1,9 +1,11 @@
 """Print hosts for tests: the real ones in processes of their own, and small ones that refuse what those refuse."""
 
+import hashlib
 import http.client
 import json
 import re
 import socket
+import socketserver
 import subprocess
 import threading
 import time
@@ -11,6 +13,7 @@ import urllib.request
 import zlib
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from types import SimpleNamespace
 from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
@@ -97,6 +100,53 @@ def moonraker(python, folder, trusted=True):
         yield url
 
 
+@contextmanager
+def klippy(socket_file):
+    """A Klipper that is ready, as far as Moonraker asks: the commands that it is told to run, and its state."""
+    said = SimpleNamespace(scripts=[], state="standby")
+
+    def answer(method, params):
+        if method == "info":
+            where = {"klipper_path": "/none", "python_path": "/none", "software_version": "test"}
+            return {"state": "ready", "state_message": "Printer is ready", **where}
+        if method == "objects/list":
+            return {
+                "objects": ["webhooks", "print_stats", "virtual_sdcard", "display_status", "pause_resume"]
+            }
+        if method == "list_endpoints":
+            return {
+                "endpoints": ["info", "objects/list", "objects/query", "objects/subscribe", "gcode/script"]
+            }
+        if method in ("objects/query", "objects/subscribe"):
+            known = {"print_stats": {"state": said.state}}
+            return {"eventtime": 1.0, "status": {name: known.get(name, {}) for name in params["objects"]}}
+        if method == "gcode/script":
+            said.scripts.append(params["script"])
+            said.state = "printing" if params["script"].startswith("SDCARD_PRINT_FILE") else said.state
+        return {}
+
+    class Handler(socketserver.StreamRequestHandler):
+        def handle(self):
+            waiting = b""
+            while data := self.request.recv(65536):
+                *whole, waiting = (waiting + data).split(b"\x03")  # its mark between messages
+                for message in map(json.loads, whole):
+                    result = answer(message["method"], message.get("params", {}))
+                    self.request.sendall(
+                        json.dumps({"id": message.get("id"), "result": result}).encode() + b"\x03"
+                    )
+
+    with socketserver.ThreadingUnixStreamServer(str(socket_file), Handler) as server:
+        server.daemon_threads = True
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        try:
+            yield said
+        finally:
+            server.shutdown()
+            thread.join()
+
+
 def get(url, path, method="GET", body=None, headers=AS_USER):
     """A request beside the client that is tested."""
     data = None if body is None else json.dumps(body).encode()
@@ -114,6 +164,7 @@ class Refusing:
     def __init__(self, kind, **how):
         self.kind, self.how = kind, how
         self.files, self.seen, self.started = {}, [], []
+        self.nonce, self.asked = "1", 0
 
 
 @contextmanager
@@ -163,10 +214,28 @@ def _stored(host, name, data):
     host.files[name] = data[:-1] if host.how.get("loses") else data
 
 
+def _knows_digest(handler, host):
+    """RFC 7616 with MD5, as PrusaLink asks for it; a nonce holds for ``nonce_for`` requests."""
+    said = dict(re.findall(r'(\w+)="?([^",]+)"?', handler.headers.get("Authorization", "")))
+    host.asked += said.get("nonce") == host.nonce
+    if host.asked > host.how.get("nonce_for", 1000):
+        host.nonce, host.asked = host.nonce + "1", 0
+    if said.get("nonce") != host.nonce or said.get("username") != host.how["user"]:
+        return False
+
+    def md5(*parts):
+        return hashlib.md5(":".join(parts).encode()).hexdigest()
+
+    mine = md5(said["username"], "Printer API", KEY)
+    asked = md5(handler.command, said["uri"])
+    return said["response"] == md5(mine, host.nonce, said["nc"], said["cnonce"], said["qop"], asked)
+
+
 def prusalink(handler, host, url, data):
     """As PrusaLink's openapi.yaml says: a key, a storage, PUT with its length, 409 for what is printed."""
-    if handler.headers.get("X-Api-Key") != KEY:
-        return handler.answer(401, {"title": "Unauthorized"})
+    if not (_knows_digest(handler, host) if "user" in host.how else handler.headers.get("X-Api-Key") == KEY):
+        asks = f'Digest realm="Printer API", nonce="{host.nonce}", qop="auth"'
+        return handler.answer(401, {"title": "Unauthorized"}, **{"WWW-Authenticate": asks})
     if url.path == "/api/version":
         return handler.answer(200, {"api": "2.0.0", "text": "PrusaLink 0.7"})
     if url.path == "/api/v1/storage":

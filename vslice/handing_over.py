@@ -28,9 +28,12 @@ class Destination:
     url: str
     ca: Path | None
     key_file: Path | None
+    user: str
 
 
-def destination(to: str, url: str | None, ca: Path | None, key_file: Path | None) -> Destination:
+def destination(
+    to: str, url: str | None, ca: Path | None, key_file: Path | None, user: str | None = None
+) -> Destination:
     """The host that is meant by ``--to``: a kind with its ``--url``, or a name in the configuration.
 
     Raises:
@@ -41,7 +44,7 @@ def destination(to: str, url: str | None, ca: Path | None, key_file: Path | None
             raise click.UsageError(
                 "Where is it? Give --url http://..., or name a host with 'vslice config host'."
             )
-        return Destination(url, to, url, ca, key_file)
+        return Destination(url, to, url, ca, key_file, user or "")
     from vslice.user_config import config_file, user_config
 
     hosts = user_config().hosts
@@ -61,6 +64,7 @@ def destination(to: str, url: str | None, ca: Path | None, key_file: Path | None
         host.url,
         ca or (Path(host.ca).expanduser() if host.ca else None),
         key_file or (Path(host.key_file) if host.key_file else None),
+        user or host.user or "",
     )
 
 
@@ -105,7 +109,17 @@ def hand_over(program_file: Path, name: str, where: Destination, start: bool) ->
             err=True,
         )
     with _bar(len(data)) as told:
-        done = upload(data, name, to=where.to, url=where.url, key=key, ca=where.ca, start=start, told=told)
+        done = upload(
+            data,
+            name,
+            to=where.to,
+            url=where.url,
+            key=key,
+            user=where.user,
+            ca=where.ca,
+            start=start,
+            told=told,
+        )
     said = ", printing" if done.printing else ""
     say(f"{done.name}: {done.size} bytes on {done.host}, verified by {done.verified}{said}")
     return done

@@ -25,6 +25,7 @@ class KnownHost(BaseModel):
     to: Literal["octoprint", "moonraker", "prusalink", "duet"] = Field(description="What it runs.")
     url: Line = Field(description="Its address, such as http://printer.local.")
     ca: Line | None = Field(None, description="Certificates to trust besides the system's, a PEM file.")
+    user: Line | None = Field(None, description="Whose password its key is (PrusaLink); none for an API key.")
     key_file: Line | None = Field(None, description="Where its key stands; a file that only you may read.")
 
 

@@ -7,7 +7,7 @@ import json
 import logging
 import socket
 import ssl
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 from urllib.parse import urlsplit
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import httpx
 
 CONNECT_S, ANSWER_S = 10.0, 60.0
+PART_BYTES = 65536
 SHOWN = 160
 """So much of what a host says is shown."""
 
@@ -46,6 +47,18 @@ class Counted(io.BytesIO):
         return part
 
 
+class Parts:
+    """Bytes in pieces, so that what was sent of them can be told; a login may ask for them once more."""
+
+    def __init__(self, data: bytes, told: Callable[[int], None]) -> None:
+        self._data, self._told = data, told
+
+    def __iter__(self) -> Iterator[bytes]:
+        """From the start, each time."""
+        counted = Counted(self._data, self._told)
+        return iter(lambda: counted.read(PART_BYTES), b"")
+
+
 def public_address(url: str) -> str | None:
     """The address behind a URL if it is http and a public one, where a key could be read on the way."""
     parts = urlsplit(url)
@@ -63,13 +76,21 @@ def public_address(url: str) -> str | None:
 class Client:
     """Requests to one host; use it in a ``with``."""
 
-    def __init__(self, url: str, title: str, headers: dict[str, str], ca: Path | None = None) -> None:
+    def __init__(
+        self,
+        url: str,
+        title: str,
+        headers: dict[str, str],
+        ca: Path | None = None,
+        login: tuple[str, str] | None = None,
+    ) -> None:
         """Open nothing yet.
 
         Args:
             title: what the host is called in messages.
             headers: what goes with every request, the key among them.
             ca: certificates to trust besides the system's, in a PEM file.
+            login: user and password, for a digest: the password itself never leaves.
 
         Raises:
             HostInputError: the URL or the certificates cannot be used.
@@ -90,10 +111,12 @@ class Client:
                 "VSLICE_API_KEY, a file or the keyring"
             )
         self.where = f"{title} at {parts.scheme}://{parts.netloc}"
+        self._secret = "the key" if login is None else "this user and password"
         timeout = self._httpx.Timeout(ANSWER_S, connect=CONNECT_S)
         self._session: httpx.Client = self._httpx.Client(
             base_url=url.rstrip("/") + "/",
             headers=headers,
+            auth=None if login is None else self._httpx.DigestAuth(*login),
             timeout=timeout,
             verify=_trusted(ca),
             trust_env=False,
@@ -181,6 +204,7 @@ class Client:
                 "is right"
             )
         kind, what = STATUS.get(status, (HostError, "failed"))
+        what = what.replace("the key", self._secret)
         said = _said(answer.text)
         return kind(f"{self.where}: {what} (status {status}){f': {said}' if said else ''}")
 

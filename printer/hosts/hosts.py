@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import ClassVar
 from urllib.parse import quote
 
-from printer.hosts.client import Client, Counted
+from printer.hosts.client import Client, Counted, Parts
 from printer.hosts.errors import HostError, HostInputError
 
 Told = Callable[[int], None]
@@ -26,6 +26,8 @@ class Host(ABC):
     flavors: ClassVar[tuple[str, ...]]
     """Whose programs it prints; the names of ``[gcode] flavor``."""
     key_header: ClassVar[str | None] = "X-Api-Key"
+    users: ClassVar[bool] = False
+    """Whether it takes a user and a password too, by a digest."""
 
     def __init__(self, client: Client, key: str) -> None:
         self.client, self.key = client, key
@@ -133,6 +135,7 @@ class PrusaLink(Host):
 
     title = "PrusaLink"
     flavors = ("marlin",)
+    users = True
 
     def greet(self) -> str:
         found = self.client.json("GET", "api/version")
@@ -157,7 +160,7 @@ class PrusaLink(Host):
             "Print-After-Upload": "?0",
             "Overwrite": "?1",
         }
-        self.client.ask("PUT", self._path(name), content=_parts(Counted(data, told)), headers=headers)
+        self.client.ask("PUT", self._path(name), content=Parts(data, told), headers=headers)
         return name
 
     def verify(self, name: str, data: bytes) -> str:
@@ -208,7 +211,7 @@ class Duet(Host):
 
     def put(self, name: str, data: bytes, told: Told) -> str:
         headers = {"Content-Type": PLAIN, "Content-Length": str(len(data))}
-        body = _parts(Counted(data, told))
+        body = Parts(data, told)
         if not self._alone:
             self.client.ask("PUT", f"machine/file/gcodes/{quote(name)}", content=body, headers=headers)
             return name
@@ -234,8 +237,3 @@ class Duet(Host):
             self.client.ask(
                 "POST", "machine/code", content=command.encode(), headers={"Content-Type": "text/plain"}
             )
-
-
-def _parts(data: Counted) -> "object":
-    """A file in pieces, so that what was sent of it can be told."""
-    return iter(lambda: data.read(65536), b"")

@@ -44,6 +44,7 @@ def upload(
     to: str,
     url: str,
     key: str = "",
+    user: str = "",
     ca: Path | None = None,
     start: bool = False,
     told: Callable[[int], None] = lambda sent: None,
@@ -55,6 +56,7 @@ def upload(
         name: what it shall be called there.
         to: a key of ``HOSTS``.
         key: the host's API key, or password; it goes to that host alone.
+        user: whose password the key is, where the host has users.
         ca: certificates to trust besides the system's, in a PEM file.
         start: whether to print it once it is verified.
         told: told how many bytes were sent.
@@ -69,8 +71,13 @@ def upload(
     if not (key.isascii() and key.isprintable()):
         raise HostInputError("the key holds letters that no key has: was it copied whole?")
     kind = HOSTS[to]
-    headers = {kind.key_header: key} if kind.key_header and key else {}
-    with Client(url, kind.title, headers, ca) as client:
+    if user and not kind.users:
+        raise HostInputError(f"{kind.title} is spoken to with a key or a password alone; leave out --user")
+    if user and not key:
+        raise HostInputError(f"{user!a}: has no password here; see VSLICE_API_KEY and --key-file")
+    login = (user, key) if user else None
+    headers = {kind.key_header: key} if kind.key_header and key and not user else {}
+    with Client(url, kind.title, headers, ca, login) as client:
         host = kind(client, key)
         who = host.greet()
         if start and host.printing():

@@ -77,7 +77,7 @@ def test_feeds_below_the_last_decimal_still_extrude():
 def toolpath_blocks(lines):
     """(head, the lines of each toolpath, tail)."""
     at = [k for k, line in enumerate(lines) if line.startswith(";TOOLPATH")]
-    end = max(k for k, line in enumerate(lines) if line == ";TYPE:CUSTOM")
+    end = max(k for k, line in enumerate(lines) if line == ";TYPE:Custom")
     bounds = [*at, end]
     return lines[: at[0]], [lines[a:b] for a, b in zip(bounds, bounds[1:], strict=False)], lines[end:]
 

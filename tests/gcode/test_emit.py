@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from making import BARE, make_grid, make_lines, make_program, read_lines
 
 import profiles
+from dialect import numbers
 from gcode import emit
 from gcode.moves import Kind
 from slicer.hatch import hatch
@@ -82,16 +83,16 @@ def test_what_an_axis_already_has_is_left_out():
     ("value", "text"), [(-0.0, "0.000"), (-0.0004, "0.000"), (1e-7, "0.000"), (123456.7891, "123456.789")]
 )
 def test_positions(value, text):
-    assert emit.position(value) == text
+    assert numbers.position(value) == text
 
 
 def test_feeds_and_rates():
-    assert emit.feed(-0.000004) == "0.00000"
-    assert emit.feed(1e-5) == "0.00001"
-    assert emit.rate(20.0) == "1200"
-    assert emit.rate(10 / 3) == "200"
-    assert emit.rate(1.23456) == "74"
-    assert emit.rate(1.2399) == "74.3"  # never above
+    assert numbers.feed(-0.000004) == "0.00000"
+    assert numbers.feed(1e-5) == "0.00001"
+    assert numbers.rate(20.0) == "1200"
+    assert numbers.rate(10 / 3) == "200"
+    assert numbers.rate(1.23456) == "74"
+    assert numbers.rate(1.2399) == "74.3"  # never above
 
 
 def test_head_and_tail_are_what_hosts_read():

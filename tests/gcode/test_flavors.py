@@ -99,7 +99,17 @@ def test_grbl_gets_words_that_it_has():
         ("reprapfirmware-generic", "M204 P100 T100", None),
         ("klipper-generic", "SET_VELOCITY_LIMIT ACCEL=500", None),
         ("klipper-generic", "SET_VELOCITY_LIMIT VELOCITY=500", "is not followed in the middle"),
-        ("klipper-generic", "SET_GCODE_OFFSET Z=1", "is not followed in the middle"),
+        ("klipper-generic", "SET_GCODE_OFFSET Z=1", "puts the tool elsewhere"),
+        ("marlin-generic", "M218 T1 X5", "puts the tool elsewhere"),
+        ("reprapfirmware-generic", "G10 P0 X5", "puts the tool elsewhere"),
+        ("reprapfirmware-generic", "G10", None),
+        ("grbl-syringe", "G10 L20 P1 X5", "puts the tool elsewhere"),
+        ("grbl-syringe", "G43.1 Z2", "puts the tool elsewhere"),
+        ("klipper-generic", "RESPOND MSG=half", None),
+        ("klipper-generic", "RESPOND MSG=action:cancel", "asks the host"),
+        ("klipper-generic", "SET_DISPLAY_TEXT MSG=half", None),
+        ("marlin-generic", "M117 half", None),
+        ("grbl-syringe", "M117", "is no command of Grbl"),
     ],
 )
 def test_the_check_knows_what_each_firmware_knows(name, command, says):
@@ -126,6 +136,16 @@ def test_what_a_firmware_does_not_have_is_refused():
     ):
         with pytest.raises(ProfileError, match=says):
             profiles.load("grbl-syringe", [setting])
+    for name, line, says in (
+        ("klipper-generic", "M302 P1", r"start, line 2: 'M302 P1': M302 is no command of Klipper; if yours"),
+        ("klipper-generic", "M201 X500", "M201 is no command of Klipper"),
+        ("grbl-syringe", "M104 S200", "M104 is no command of Grbl"),
+    ):
+        home = profiles.load(name).flavor.homing
+        with pytest.raises(ProfileError, match=says):
+            profiles.load(name, [f'gcode.start=["{home}", "{line}"]'])
+    allowed = 'gcode.allowed_commands=["M302"]'
+    assert profiles.load("klipper-generic", ['gcode.start=["G28", "M302 P1"]', allowed])
     with pytest.raises(ProfileError, match="grbl has no axis E"):
         profiles.load("grbl-syringe", ['gcode.end=["G1 E5"]'])
     with pytest.raises(ProfileError, match="no comment in parentheses"):
@@ -182,6 +202,41 @@ def test_corners_of_grbl_and_reprapfirmware():
     assert (
         corners("grbl-syringe", "machine.junction_deviation_mm=1.0") < tight == pytest.approx(stops, abs=1e-3)
     )
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_accelerations_and_messages_as_each_firmware_takes_them(name):
+    flavor = name.partition("-")[0]
+    both = ["motion.print_acceleration_mm_s2=300.0", "motion.travel_acceleration_mm_s2=300.0"]
+    settings = [*both, "gcode.set_accelerations=true", 'gcode.message="sheet of {width_mm} mm"']
+    if flavor == "grbl":
+        for setting, says in ((settings[2], r"takes them as \$ settings"), (settings[3], "has no display")):
+            with pytest.raises(ProfileError, match=says):
+                profiles.load(name, [setting])
+        return
+    lines, moves, profile = made(name, *settings)
+    width = f"{profile.material.width_mm:g}"
+    retract = f"{profile.motion.retract_acceleration_mm_s2:g}"
+    wanted = {
+        "marlin": [f"M204 P300 R{retract} T300", f"M117 sheet of {width} mm"],
+        "klipper": ["SET_VELOCITY_LIMIT ACCEL=300", f"M117 sheet of {width} mm"],
+        "reprapfirmware": ["M204 P300 T300", f'M117 "sheet of {width} mm"'],
+    }[flavor]
+    at = lines.index("M83")
+    assert lines[at + 1 : at + 3] == wanted
+    assert check(moves, profile, SHEET).violations == []
+    limits = Dynamics.of(profiles.load(name)).after(wanted[0])
+    assert (limits.printing, limits.travelling) == (300.0, 300.0)
+
+
+def test_accelerations_and_messages_that_cannot_be_said():
+    one = ["gcode.set_accelerations=true", "motion.travel_acceleration_mm_s2=700.0"]
+    with pytest.raises(ProfileError, match="Klipper has one .* is 1000 and travel_acceleration_mm_s2 700"):
+        profiles.load("klipper-generic", one)
+    assert profiles.load("marlin-generic", one)
+    for text, says in (("a;b", "holds a ;"), ("{widht_mm}", "did you mean"), ("x" * 120, "takes at most")):
+        with pytest.raises(ProfileError, match=f"message.*{says}"):
+            profiles.load("marlin-generic", [f'gcode.message="{text}"'])
 
 
 def test_the_head_is_one_that_hosts_know():

@@ -39,7 +39,7 @@ def test_a_prime_line_beside_the_sheet_fills_the_nozzle_and_the_check_knows_it(p
         GRID,
     )
     assert report.printed_mm == pytest.approx(without.printed_mm)
-    k = next(k for k, move in enumerate(moves) if move.text == "TYPE:SKIRT")
+    k = next(k for k, move in enumerate(moves) if move.text == "TYPE:Skirt/Brim")
     line = next(m for m in moves[k:] if m.kind in (Kind.EXTRUDE, Kind.TRAVEL) and not m.rapid)
     assert line.y_mm == pytest.approx(0.2)  # on the bed, by half a bead
     assert not offset_mm <= line.x_mm <= offset_mm + 15
@@ -58,7 +58,13 @@ def test_the_comment_alone_excuses_no_line_over_the_sheet():
     machine, _, text = sliced("motion.prime_mm=0", "motion.park_mm=0")
     k = next(k for k, line in enumerate(text) if line.startswith(";TOOLPATH 0"))
     x = machine.machine.offset_mm + 5
-    forged = [*text[:k], ";TYPE:SKIRT", f"G0 X{x:.3f} Z0.2 F600", f"G1 X{x + 3:.3f} E0.156 F600", *text[k:]]
+    forged = [
+        *text[:k],
+        ";TYPE:Skirt/Brim",
+        f"G0 X{x:.3f} Z0.2 F600",
+        f"G1 X{x + 3:.3f} E0.156 F600",
+        *text[k:],
+    ]
     assert "stray" in {violation.kind for violation in check(list(parse(forged)), machine, GRID).violations}
 
 

@@ -94,6 +94,18 @@ def test_the_keyring_is_asked_last(part, monkeypatch):
     assert (code, "key from the keyring" in err) == (0, True)
 
 
+def test_a_named_host_has_its_user(part):
+    Path("marlin.gcode").write_text("\n".join(make_lines(SHEET, "marlin-generic")) + "\n")
+    with small_host("prusalink", user="maker") as (url, host):
+        assert part("config", "host", "mk4", "--to", "prusalink", "--url", url, "--user", "maker")[0] == 0
+        assert part("upload", "marlin.gcode", "--to", "mk4")[0] == 0
+        code, _, err = part("upload", "marlin.gcode", "--to", "prusalink", "--url", url)
+        assert (code, "does not accept the key" in err) == (2, True)
+        assert part("upload", "marlin.gcode", "--to", "prusalink", "--url", url, "--user", "maker")[0] == 0
+    assert list(host.files) == ["marlin.gcode"]
+    assert part("config", "host", "lab", "--to", "duet", "--url", url, "--user", "me")[0] == 2
+
+
 def test_slice_uploads_to_a_named_host(part):
     Path("sheet.json").write_text(grid.dumps(SHEET))
     with small_host("duet") as (url, host):

@@ -54,6 +54,7 @@ def unset(key: str) -> None:
 @click.argument("name")
 @click.option("--to", type=click.Choice(KINDS), help="What it runs.")
 @click.option("--url", help="Its address.")
+@click.option("--user", help="Whose password its key is (PrusaLink); by default it is an API key.")
 @click.option("--key-file", type=click.Path(path_type=Path), help="Where its key stands: a file of mode 600.")
 @click.option(
     "--ca", type=click.Path(path_type=Path), help="Certificates to trust besides the system's (PEM)."
@@ -61,7 +62,13 @@ def unset(key: str) -> None:
 @click.option("--forget", is_flag=True, help="Forget it.")
 @common
 def host(
-    name: str, to: str | None, url: str | None, key_file: Path | None, ca: Path | None, forget: bool
+    name: str,
+    to: str | None,
+    url: str | None,
+    user: str | None,
+    key_file: Path | None,
+    ca: Path | None,
+    forget: bool,
 ) -> None:
     """Give a print host a name, for 'vslice upload --to NAME' and 'vslice slice --upload NAME'."""
     known = user_config()
@@ -73,8 +80,10 @@ def host(
             raise InputError(f"There is no host {name} in {config_file()}.")
     elif to is None or url is None:
         raise click.UsageError("A host has --to and --url.")
+    elif user is not None and to != "prusalink":
+        raise click.UsageError(f"--user has no effect on {to}: of these hosts PrusaLink alone has users.")
     else:
-        hosts[name] = KnownHost(to=to, url=url, ca=_whole(ca), key_file=_whole(key_file))
+        hosts[name] = KnownHost(to=to, url=url, user=user, ca=_whole(ca), key_file=_whole(key_file))
     _save(
         UserConfig.model_validate(
             known.model_dump() | {"hosts": {k: h.model_dump() for k, h in hosts.items()}}

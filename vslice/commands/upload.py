@@ -24,6 +24,7 @@ from vslice.terminal.session import common
 @click.option("--url", help="Its address, such as http://printer.local.")
 @click.option("--print", "start", is_flag=True, help="Print it once it is there and verified.")
 @click.option("--name", help="What it is called there; by default as here.")
+@click.option("--user", help="Whose password the key is (PrusaLink); by default it is an API key.")
 @click.option(
     "--key-file",
     type=click.Path(path_type=Path),
@@ -43,6 +44,7 @@ def command(
     url: str | None,
     start: bool,
     name: str | None,
+    user: str | None,
     key_file: Path | None,
     ca: Path | None,
     profile_name: str | None,
@@ -56,7 +58,7 @@ def command(
     """
     from vslice.handing_over import destination, hand_over, refuse_foreign
 
-    where = destination(to, url, ca, key_file)
+    where = destination(to, url, ca, key_file, user)
     if not no_check:
         from vslice.commands.send import check
         from vslice.machine import read_profile

@@ -1,12 +1,14 @@
 """Uploads to the real OctoPrint and the real Moonraker, each in a process of its own on the loopback address."""
 
+import math
 import os
+import socket
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hosting import KEY, get, moonraker, octoprint
+from hosting import KEY, get, klippy, moonraker, octoprint
 from making import POINT, make_grid, make_lines, read_lines
 
 import profiles
@@ -111,11 +113,12 @@ def test_octoprint_prints_what_was_uploaded_and_nothing_else_meanwhile(octo):
 @pytest.mark.parametrize("feed_kind", ["generic", "syringe", "pneumatic"])
 def test_moonraker_reads_time_filament_temperatures_and_the_picture(moon, feed_kind):
     name = f"klipper-{feed_kind}"
-    data = program(name)[0]
+    data, seconds, *_ = program(name)
     done = upload(data, f"{name}.gcode", to="moonraker", url=moon)
     assert done.verified == "size and SHA-256"
     found = get(moon, f"/server/files/metadata?filename={done.name}", headers={})["result"]
     assert (found["slicer"], found["slicer_version"]) == ("vslice", "test")
+    assert found["estimated_time"] == math.ceil(seconds)
     assert f";TIME:{found['estimated_time']}" in data.decode().splitlines()
     head = dict(
         line[2:].split(" = ") for line in data.decode().splitlines() if line.startswith("; filament used")
@@ -144,3 +147,20 @@ def test_moonraker_does_not_start_without_klipper_and_refuses_a_wrong_key(moon, 
             upload(data, "none.gcode", to="moonraker", url=url)
         keys = list(Path(tmp_path).rglob("moonraker-sql.db"))
         assert keys  # its key stands in there, and nowhere in what we say
+
+
+@on_moonraker
+@pytest.mark.skipif(not hasattr(socket, "AF_UNIX"), reason="Moonraker and Klipper talk over a socket of Unix")
+def test_moonraker_starts_what_was_uploaded_and_nothing_else_meanwhile(tmp_path):
+    data = program("klipper-generic")[0]
+    with moonraker(MOONRAKER, tmp_path) as url, klippy(tmp_path / "moonraker" / "klippy.sock") as said:
+        until(lambda: get(url, "/server/info", headers={})["result"]["klippy_state"] == "ready")
+        done = upload(data, "sheet 1.gcode", to="moonraker", url=url)
+        assert (done.printing, [line for line in said.scripts if "SDCARD" in line]) == (False, [])
+        done = upload(data, "sheet 1.gcode", to="moonraker", url=url, start=True)
+        assert done.printing
+        assert said.scripts[-1] == 'SDCARD_PRINT_FILE FILENAME="sheet 1.gcode"'
+        with pytest.raises(HostError, match="printing already; nothing was uploaded"):
+            upload(data, "next.gcode", to="moonraker", url=url, start=True)
+        names = [file["path"] for file in get(url, "/server/files/list", headers={})["result"]]
+        assert names == ["sheet 1.gcode"]

@@ -62,6 +62,24 @@ def test_a_wrong_key_is_told_and_never_shown(to, kind, caplog):
     assert KEY not in caplog.text
 
 
+@pytest.mark.parametrize("nonce_for", [1000, 3])  # 3: it has run out when the file is sent
+def test_prusalink_by_user_and_password_which_never_leaves(nonce_for):
+    with small_host("prusalink", user="maker", nonce_for=nonce_for) as (url, host):
+        done = send(url, "prusalink", user="maker", start=True)
+        assert (done.printing, host.files, host.started) == (True, {"my part.gcode": DATA}, ["my part.gcode"])
+        assert not any(KEY in str(seen) for seen in host.seen)
+        for wrong in ({"user": "another"}, {"user": "maker", "key": "wrong-and-secret"}):
+            with pytest.raises(HostInputError, match="does not accept this user and password") as caught:
+                send(url, "prusalink", **wrong)
+            assert "secret" not in str(caught.value)
+        with pytest.raises(HostInputError, match="does not accept the key"):
+            send(url, "prusalink")
+    with pytest.raises(HostInputError, match="leave out --user"):
+        send("http://127.0.0.1:1", "octoprint", user="maker")
+    with pytest.raises(HostInputError, match="has no password here"):
+        send("http://127.0.0.1:1", "prusalink", user="maker", key="")
+
+
 def test_a_printer_without_a_drive():
     with small_host("prusalink", no_drive=True) as (url, _), pytest.raises(HostError, match="is a USB drive"):
         send(url, "prusalink")
