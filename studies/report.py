@@ -76,17 +76,20 @@ def report(folder: Path, outcomes: Sequence[str] = ()) -> Report:
     import json
 
     table = load(folder)
-    asked = json.loads((folder / "study.json").read_text("utf-8"))["study"]
+    manifest = json.loads((folder / "study.json").read_text("utf-8"))
+    asked = manifest["study"]
     names = [name for name in asked["factors"] if name in table.column_names]
     errors = [error for error in table["error"].to_pylist() if error is not None]
     good = table.filter([error is None for error in table["error"].to_pylist()])
     if len(good) == 0:
         raise StudyError(f"{folder}: every task failed, the first with: {errors[0]}")
     columns: dict[str, Any] = {name: good[name].to_pylist() for name in good.column_names}
-    figures = [name for name in good.column_names if name not in names and _is_figure(good, name)]
+    given = {*names, *asked["options"]}
+    figures = [name for name in good.column_names if name not in given and _is_figure(good, name)]
     if unknown := [name for name in outcomes if name not in figures]:
         raise StudyError(f"there is no figure '{unknown[0]}'; known: {', '.join(figures)}.")
-    chosen = list(outcomes) or _telling(good, figures)
+    shown = [name for name in manifest.get("figures", ()) if name in figures]
+    chosen = list(outcomes) or shown or _telling(good, figures)
     for name in figures:
         columns[name] = np.array([np.nan if v is None else float(v) for v in columns[name]])
     varied = [name for name in names if len(set(columns[name])) > 1]
@@ -116,7 +119,7 @@ def report(folder: Path, outcomes: Sequence[str] = ()) -> Report:
 
 def _is_figure(table: Any, name: str) -> bool:
     kind = str(table.schema.field(name).type)
-    return (kind in ("int64", "double", "bool") and name not in OWN | {"program": bool}) or name == "seconds"
+    return (kind in ("int64", "double", "bool") and name not in OWN) or name == "seconds"
 
 
 def _telling(table: Any, figures: Sequence[str]) -> list[str]:

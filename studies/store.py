@@ -65,7 +65,7 @@ class Store:
         except OSError as error:
             raise StudyError(f"{folder}: cannot be written to: {error.strerror}.") from None
         try:
-            self._begin({"study": study.said(), "version": version})
+            self._begin({"study": study.said(), "version": version, "figures": list(study.figures)})
             if not (empty := folder / "parts" / "part-000000.parquet").exists():
                 _write(self._schema.empty_table(), empty)  # so that a journal alone can be read
             self.finished, self.failed = set[str](), set[str]()
@@ -137,9 +137,7 @@ class Store:
         if not manifest.exists():
             if any((self._folder / "parts").glob("*.parquet")):
                 raise StudyError(f"{self._folder}: has results but no study.json; name an empty folder.")
-            staged = manifest.with_suffix(".new")
-            staged.write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
-            os.replace(staged, manifest)
+            _write_manifest(asked, manifest)
             return
         found = json.loads(manifest.read_text("utf-8"))
         if found["study"] != json.loads(json.dumps(asked["study"])):
@@ -156,6 +154,8 @@ class Store:
                 f"{self._folder}: was begun by version {found['version']}, this is {asked['version']}, and "
                 "their figures do not mix; name another folder, or go on with that version."
             )
+        if found.get("figures") != asked["figures"]:  # what is shown may change, it computes nothing
+            _write_manifest(asked, manifest)
 
     def _load(self) -> None:
         for part in sorted((self._folder / "parts").glob("*.parquet")):
@@ -173,6 +173,12 @@ class Store:
             (self.failed if row.get("error") is not None else self.finished).add(row["key"])
             self._kept.append(row)
         self.failed -= self.finished
+
+
+def _write_manifest(asked: Mapping[str, Any], manifest: Path) -> None:
+    staged = manifest.with_suffix(".new")
+    staged.write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
+    os.replace(staged, manifest)
 
 
 def read_journal(path: Path) -> tuple[int, list[dict[str, Any]]]:
