@@ -213,9 +213,9 @@ def load(folder: Path) -> Any:
     Raises:
         StudyError: there are none.
     """
-    parts = sorted((folder / "parts").glob("*.parquet"))
-    tables = [pq.read_table(part) for part in parts]
+    # The journal first: what becomes a part meanwhile is then read twice, and not missed.
     _, rows = read_journal(folder / "journal.jsonl")
+    tables = [pq.read_table(part) for part in sorted((folder / "parts").glob("*.parquet"))]
     if rows and tables:
         tables.append(pa.Table.from_pylist(rows, schema=tables[0].schema))
     if sum(map(len, tables)) == 0:

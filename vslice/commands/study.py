@@ -174,12 +174,13 @@ def _describe(study: "Study") -> None:
     from itertools import islice
 
     say(f"{study.title}: {len(study)} tasks")
+    width = 2 + max(len(factor.name) for factor in study.factors)
     for factor in study.factors:
         shown = ", ".join(map(str, factor.levels[:6])) + (", ..." if len(factor.levels) > 6 else "")
         what = f"{len(factor.levels)} levels: {shown}"
         if study.samples is not None and factor.limits is not None:
             what = f"from {factor.limits[0]:g} to {factor.limits[1]:g}"
-        say(f"  {factor.name:<16}{what}")
+        say(f"  {factor.name:<{width}}{what}")
     for task in islice(study.tasks(), 3):
         say("  first tasks: " + ", ".join(f"{name} = {value}" for name, value in task.items()))
 
