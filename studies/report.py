@@ -27,6 +27,10 @@ SHEETS = (
 )
 """Factors that make other sheets: nothing is the same on both sides of a difference."""
 SIZE = "toolpaths"
+NO_LAW = ("gap", "proved", "pieces", "cuts")
+"""Figures that may be 0, or do not grow by a power."""
+SIZES = ("tiles", "spacing_mm", "tile_mm")
+"""Factors that say how many toolpaths there are."""
 
 
 @dataclass
@@ -236,16 +240,12 @@ def _scaling(made: Report, *, continuous: bool) -> Table:
     if SIZE not in made.columns:
         return table
     size: Values = made.columns[SIZE]
-    split = (
-        []
-        if continuous
-        else [name for name in made.treatments if name not in ("tiles", "spacing_mm", "tile_mm")]
-    )
+    split = [] if continuous else [name for name in made.treatments if name not in SIZES]
     where = made.of(*split) or [()] * len(size)
     for group in dict.fromkeys(where):
         rows = np.array([place == group for place in where])
         for name in made.outcomes:
-            if name in ("gap", "proved", "pieces"):
+            if name in NO_LAW:
                 continue
             values = made.columns[name]
             fine = rows & ~np.isnan(values)
