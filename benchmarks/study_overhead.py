@@ -24,7 +24,8 @@ from studies.store import Store
 FIGURES = {"done": bool}
 TASK = "sleeping:sleep"
 HEADS = (
-    "what", "tasks", "workers", "wall, s", "work, s", "of it search, s", "beyond it, ms a task", "beyond it, %",
+    "what", "tasks", "workers", "wall, s", "work, s", "of it search, s", "beyond it, ms a task",
+    "beyond it, %",
     "computed here, ms a task", "bytes a row", "MB here",
 )  # fmt: skip
 
