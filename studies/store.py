@@ -140,11 +140,12 @@ class Store:
             _write_manifest(asked, manifest)
             return
         found = json.loads(manifest.read_text("utf-8"))
-        if found["study"] != json.loads(json.dumps(asked["study"])):
-            names = [
-                name for name in ("title", "samples", "seed", "options", "factors")
-                if found["study"][name] != json.loads(json.dumps(asked["study"][name]))
-            ]  # fmt: skip
+        # As texts: the order of factors is that of the tasks.
+        names = [
+            name for name in ("title", "samples", "seed", "options", "factors")
+            if json.dumps(found["study"][name]) != json.dumps(asked["study"][name])
+        ]  # fmt: skip
+        if names:
             raise StudyError(
                 f"{self._folder}: holds another study, '{found['study']['title']}' (other "
                 f"{', '.join(names)}); name another folder."
