@@ -5,8 +5,8 @@ import itertools
 import json
 import math
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -65,6 +65,7 @@ class Study:
         samples: how many points of a Latin hypercube; None for the product.
         seed: of the hypercube.
         options: what holds for all tasks.
+        figures: what its report shows; none for what says most.
     """
 
     title: str
@@ -72,6 +73,7 @@ class Study:
     samples: int | None = None
     seed: int = 0
     options: tuple[tuple[str, Any], ...] = ()
+    figures: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return math.prod(len(f.levels) for f in self.factors) if self.samples is None else self.samples
@@ -124,8 +126,17 @@ def shipped() -> dict[str, str]:
     return found
 
 
-def read_study(name: str, vocabulary: Vocabulary) -> Study:
+def read_study(
+    name: str,
+    vocabulary: Vocabulary,
+    usual: Mapping[str, Any] | None = None,
+    figures: Collection[str] | None = None,
+) -> Study:
     """Read a study file, or a shipped study by its name.
+
+    Args:
+        usual: levels of factors that the file does not name; every row has them, whatever they are one day.
+        figures: what a report can show; None where that is not known.
 
     Raises:
         StudyError: there is none, or what is wrong in it, by its key.
@@ -146,11 +157,24 @@ def read_study(name: str, vocabulary: Vocabulary) -> Study:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{source}: is no TOML: {error}") from None
-    return _study(table, source, path.parent, vocabulary)
+    study = _study(table, source, path.parent, vocabulary)
+    named = {factor.name for factor in study.factors}
+    options = tuple((key, value) for key, value in (usual or {}).items() if key not in named)
+    return replace(study, options=study.options + options, figures=_shown(table, source, figures))
+
+
+def _shown(table: dict[str, Any], source: str, known: Collection[str] | None) -> tuple[str, ...]:
+    shown = table.get("figures", [])
+    if not isinstance(shown, list):
+        raise StudyError(f"{source}: figures {shown!r} must be a list of names.")
+    for name in shown:
+        if known is not None and name not in known:
+            raise StudyError(f"{source}: there is no figure {name!r}; known: {', '.join(known)}.")
+    return tuple(shown)
 
 
 def _study(table: dict[str, Any], source: str, folder: Path, vocabulary: Vocabulary) -> Study:
-    known = {"title", "design", "samples", "seed", "program", "factors"}
+    known = {"title", "design", "samples", "seed", "program", "figures", "factors"}
     for key in table.keys() - known:
         raise StudyError(f"{source}: there is no key '{key}'; known: {', '.join(sorted(known))}.")
     design = table.get("design", "product")

@@ -27,6 +27,10 @@ SHEETS = (
 )
 """Factors that make other sheets: nothing is the same on both sides of a difference."""
 SIZE = "toolpaths"
+NO_LAW = ("gap", "proved", "pieces", "cuts")
+"""Figures that may be 0, or do not grow by a power."""
+SIZES = ("tiles", "spacing_mm", "tile_mm")
+"""Factors that say how many toolpaths there are."""
 
 
 @dataclass
@@ -76,17 +80,20 @@ def report(folder: Path, outcomes: Sequence[str] = ()) -> Report:
     import json
 
     table = load(folder)
-    asked = json.loads((folder / "study.json").read_text("utf-8"))["study"]
+    manifest = json.loads((folder / "study.json").read_text("utf-8"))
+    asked = manifest["study"]
     names = [name for name in asked["factors"] if name in table.column_names]
     errors = [error for error in table["error"].to_pylist() if error is not None]
     good = table.filter([error is None for error in table["error"].to_pylist()])
     if len(good) == 0:
         raise StudyError(f"{folder}: every task failed, the first with: {errors[0]}")
     columns: dict[str, Any] = {name: good[name].to_pylist() for name in good.column_names}
-    figures = [name for name in good.column_names if name not in names and _is_figure(good, name)]
+    given = {*names, *asked["options"]}
+    figures = [name for name in good.column_names if name not in given and _is_figure(good, name)]
     if unknown := [name for name in outcomes if name not in figures]:
         raise StudyError(f"there is no figure '{unknown[0]}'; known: {', '.join(figures)}.")
-    chosen = list(outcomes) or _telling(good, figures)
+    shown = [name for name in manifest.get("figures", ()) if name in figures]
+    chosen = list(outcomes) or shown or _telling(good, figures)
     for name in figures:
         columns[name] = np.array([np.nan if v is None else float(v) for v in columns[name]])
     varied = [name for name in names if len(set(columns[name])) > 1]
@@ -116,7 +123,7 @@ def report(folder: Path, outcomes: Sequence[str] = ()) -> Report:
 
 def _is_figure(table: Any, name: str) -> bool:
     kind = str(table.schema.field(name).type)
-    return (kind in ("int64", "double", "bool") and name not in OWN | {"program": bool}) or name == "seconds"
+    return (kind in ("int64", "double", "bool") and name not in OWN) or name == "seconds"
 
 
 def _telling(table: Any, figures: Sequence[str]) -> list[str]:
@@ -233,16 +240,12 @@ def _scaling(made: Report, *, continuous: bool) -> Table:
     if SIZE not in made.columns:
         return table
     size: Values = made.columns[SIZE]
-    split = (
-        []
-        if continuous
-        else [name for name in made.treatments if name not in ("tiles", "spacing_mm", "tile_mm")]
-    )
+    split = [] if continuous else [name for name in made.treatments if name not in SIZES]
     where = made.of(*split) or [()] * len(size)
     for group in dict.fromkeys(where):
         rows = np.array([place == group for place in where])
         for name in made.outcomes:
-            if name in ("gap", "proved", "pieces"):
+            if name in NO_LAW:
                 continue
             values = made.columns[name]
             fine = rows & ~np.isnan(values)

@@ -1,10 +1,12 @@
 """Tasks on Dask: a few parcels under way for each worker, each row kept as soon as it is back.
 
 The scheduler never holds more than a window of tasks, however many there are. Tiny tasks go in parcels of
-about ``PARCEL_S``, so that what Dask takes for each, about a millisecond, is small beside them.
+about ``PARCEL_S``, of more where there are many workers: what Dask takes for each, some milliseconds, then is
+small beside them, and the scheduler has no more than ``PARCELS_A_SECOND`` to serve.
 """
 
 import logging
+import math
 import queue
 import time
 from collections import deque
@@ -15,7 +17,7 @@ from itertools import islice
 from typing import Any
 
 import dask
-from distributed import Client, Future, LocalCluster, Nanny
+from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, Nanny
 
 from studies.design import Study, key_of
 from studies.errors import StudyError
@@ -24,10 +26,13 @@ from studies.work import ready, work
 
 PARCEL_S, MOST_IN_PARCEL = 1.0, 1000
 PARCELS_A_WORKER = 2
+PARCELS_A_SECOND = 100
 TRIES = 2
 """How often a task may take its worker with it before it counts as failed."""
 SILENCE_S = 60.0
 """For so long may a scheduler be out of reach."""
+READY_S = 1.0
+"""How often it is asked whether a worker that gets ready is still there."""
 
 GONE = "the scheduler is gone; what has come back is kept. Run the same command again to go on."
 
@@ -36,12 +41,13 @@ Parcel = list[tuple[int, str, dict[str, Any]]]
 
 @dataclass
 class Standing:
-    """How a run stands: tasks done by now and before, failures, and all of them."""
+    """How a run stands: tasks done by now and before, failures, all of them, and workers there are."""
 
     done: int
     before: int
     failed: int
     total: int
+    workers: int = 0
 
 
 @contextmanager
@@ -122,11 +128,36 @@ def _check_workers(call: str, client: Client) -> None:
         for worker in client.nthreads()
     }
     for worker, future in asked.items():
-        if (error := future.exception()) is not None:
+        if (error := _answer(worker, future, client)) is not None:
             raise StudyError(
                 f"{worker}: this worker cannot run {call}: {type(error).__name__}: {error}. Install the same "
                 "version of the software there as here."
             )
+
+
+def _answer(worker: str, future: Future, client: Client) -> BaseException | None:
+    """What went wrong there; nothing where the worker has gone meanwhile: its place is another's.
+
+    Raises:
+        StudyError: the scheduler is gone.
+    """
+    while True:
+        try:
+            error: BaseException | None = future.exception(timeout=READY_S)
+        except TimeoutError:
+            error = None
+        except (OSError, CancelledError):
+            raise StudyError(GONE) from None
+        if future.status in ("cancelled", "lost"):
+            raise StudyError(GONE)
+        if future.done():
+            return None if isinstance(error, KilledWorker) else error
+        try:
+            there = client.nthreads()
+        except OSError:
+            raise StudyError(GONE) from None
+        if worker not in there:
+            return None
 
 
 class _Runner:
@@ -147,6 +178,7 @@ class _Runner:
         self._again: deque[Parcel] = deque()
         self._tries: dict[str, int] = {}
         self._size, self._heard, self._spoke, self._sent = 1, time.monotonic(), 0.0, 0
+        self._counted = -math.inf
 
     def run(self, left: Iterator[tuple[int, str, dict[str, Any]]]) -> None:
         try:
@@ -156,6 +188,7 @@ class _Runner:
                     future = self._back.get(timeout=1.0)
                 except queue.Empty:
                     self._check_scheduler()
+                    self._tell()
                     continue
                 self._heard = time.monotonic()
                 _, parcel = self._away.pop(future.key)
@@ -170,10 +203,8 @@ class _Runner:
                     self._client.cancel([future for future, _ in self._away.values()], force=True)
 
     def _send(self, left: Iterator[tuple[int, str, dict[str, Any]]]) -> None:
-        try:
-            window = PARCELS_A_WORKER * max(1, len(self._client.nthreads()))
-        except OSError:
-            raise StudyError(GONE) from None
+        self._count_workers()
+        window = PARCELS_A_WORKER * max(1, self._standing.workers)
         while len(self._away) < window:
             parcel = self._again.popleft() if self._again else list(islice(left, self._size))
             if not parcel:
@@ -195,7 +226,8 @@ class _Runner:
             self._standing.done += self._store.append(rows)
             self._standing.failed += sum(row["error"] is not None for row in rows)
             mean = sum(row["seconds"] for row in rows) / len(rows)
-            fit = int(PARCEL_S / max(mean, PARCEL_S / MOST_IN_PARCEL))
+            wanted_s = max(PARCEL_S, self._standing.workers / PARCELS_A_SECOND)
+            fit = int(min(wanted_s / max(mean, 1e-6), MOST_IN_PARCEL))
             self._size = max(1, min(fit, 4 * self._size))
             return
         if future.status in ("cancelled", "lost"):
@@ -213,9 +245,20 @@ class _Runner:
         self._standing.done += self._store.append([row])
         self._standing.failed += 1
 
+    def _count_workers(self) -> None:
+        """Ask how many workers there are, twice a second at most: it is a way to the scheduler and back."""
+        if time.monotonic() - self._counted < 0.5:
+            return
+        try:
+            self._standing.workers = len(self._client.nthreads())
+        except OSError:
+            raise StudyError(GONE) from None
+        self._counted = time.monotonic()
+
     def _check_scheduler(self) -> None:
         if self._client.status == "running":
             self._heard = time.monotonic()
+            self._count_workers()
         elif time.monotonic() - self._heard > SILENCE_S or self._client.status == "closed":
             raise StudyError(GONE)
 

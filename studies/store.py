@@ -65,7 +65,7 @@ class Store:
         except OSError as error:
             raise StudyError(f"{folder}: cannot be written to: {error.strerror}.") from None
         try:
-            self._begin({"study": study.said(), "version": version})
+            self._begin({"study": study.said(), "version": version, "figures": list(study.figures)})
             if not (empty := folder / "parts" / "part-000000.parquet").exists():
                 _write(self._schema.empty_table(), empty)  # so that a journal alone can be read
             self.finished, self.failed = set[str](), set[str]()
@@ -137,16 +137,15 @@ class Store:
         if not manifest.exists():
             if any((self._folder / "parts").glob("*.parquet")):
                 raise StudyError(f"{self._folder}: has results but no study.json; name an empty folder.")
-            staged = manifest.with_suffix(".new")
-            staged.write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
-            os.replace(staged, manifest)
+            _write_manifest(asked, manifest)
             return
         found = json.loads(manifest.read_text("utf-8"))
-        if found["study"] != json.loads(json.dumps(asked["study"])):
-            names = [
-                name for name in ("title", "samples", "seed", "options", "factors")
-                if found["study"][name] != json.loads(json.dumps(asked["study"][name]))
-            ]  # fmt: skip
+        # As texts: the order of factors is that of the tasks.
+        names = [
+            name for name in ("title", "samples", "seed", "options", "factors")
+            if json.dumps(found["study"][name]) != json.dumps(asked["study"][name])
+        ]  # fmt: skip
+        if names:
             raise StudyError(
                 f"{self._folder}: holds another study, '{found['study']['title']}' (other "
                 f"{', '.join(names)}); name another folder."
@@ -156,6 +155,8 @@ class Store:
                 f"{self._folder}: was begun by version {found['version']}, this is {asked['version']}, and "
                 "their figures do not mix; name another folder, or go on with that version."
             )
+        if found.get("figures") != asked["figures"]:  # what is shown may change, it computes nothing
+            _write_manifest(asked, manifest)
 
     def _load(self) -> None:
         for part in sorted((self._folder / "parts").glob("*.parquet")):
@@ -173,6 +174,12 @@ class Store:
             (self.failed if row.get("error") is not None else self.finished).add(row["key"])
             self._kept.append(row)
         self.failed -= self.finished
+
+
+def _write_manifest(asked: Mapping[str, Any], manifest: Path) -> None:
+    staged = manifest.with_suffix(".new")
+    staged.write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
+    os.replace(staged, manifest)
 
 
 def read_journal(path: Path) -> tuple[int, list[dict[str, Any]]]:
@@ -207,9 +214,9 @@ def load(folder: Path) -> Any:
     Raises:
         StudyError: there are none.
     """
-    parts = sorted((folder / "parts").glob("*.parquet"))
-    tables = [pq.read_table(part) for part in parts]
+    # The journal first: what becomes a part meanwhile is then read twice, and not missed.
     _, rows = read_journal(folder / "journal.jsonl")
+    tables = [pq.read_table(part) for part in sorted((folder / "parts").glob("*.parquet"))]
     if rows and tables:
         tables.append(pa.Table.from_pylist(rows, schema=tables[0].schema))
     if sum(map(len, tables)) == 0:

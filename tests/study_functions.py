@@ -7,6 +7,8 @@ from pathlib import Path
 
 from studies import Vocabulary
 
+LAST = 380
+"""From here on tasks of the kind "the last wait" wait for a file."""
 FIGURES = {"square": int, "half": float, "word": str}
 
 
@@ -27,6 +29,8 @@ def square(task):
         (Path(task["folder"]) / f"{x}-{os.getpid()}-{time.monotonic_ns()}").touch()
     if task.get("kind") == "odd ones fail" and x % 2:
         raise ValueError(f"{x} is odd")
+    while task.get("kind") == "the last wait" and x >= LAST and not Path(task["folder"], "../open").exists():
+        time.sleep(0.02)
     if task.get("kind") == "three kills" and x == 3:
         os.kill(os.getpid(), signal.SIGKILL)
     return {"square": x * x, "half": x / 2, "word": f"x{x}"}

@@ -3,9 +3,11 @@
 import hashlib
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import profiles
 from studies import Vocabulary
 from studies.design import Check
 from vslice.options import with_nozzle
@@ -15,7 +17,7 @@ CALL = "vslice.experiment:experiment"
 """By what name workers find it."""
 
 FIGURES: dict[str, type] = {
-    "grid_sha256": str, "toolpaths": int, "pieces": int, "printed_mm": float, "travel_mm": float,
+    "grid_sha256": str, "toolpaths": int, "pieces": int, "cuts": int, "printed_mm": float, "travel_mm": float,
     "travel_bound_mm": float, "unit": str, "cost": float, "bound": float, "gap": float, "proved": bool,
     "stopped": bool, "nodes_visited": int, "states_created": int, "search_s": float, "routed_mm": float,
     "beads": int, "pressed_mm": float, "printing_s": float, "travel_s": float, "total_s": float,
@@ -25,11 +27,13 @@ FIGURES: dict[str, type] = {
 
 WALK = ("tile_mm", "spacing_mm", "start_deg", "deviation_deg", "low_deg", "high_deg")
 SEARCH = ("method", "effort", "objective", "start", "conflicts", "seed")
-DEFAULTS: dict[str, Any] = {
-    "tiles": "4x4", "sheet": 0, "machine": "marlin-generic", "method": "auto", "effort": "default",
-    "objective": "time", "start": "corner", "conflicts": "cut", "seed": 0,
+USUAL: dict[str, Any] = {
+    "machine": "marlin-generic", "method": "auto", "effort": "default", "objective": "time",
+    "start": "corner", "conflicts": "cut", "seed": 0,
 }  # fmt: skip
-"""Levels of factors that a study does not name: those of ``vslice generate`` and ``vslice slice``."""
+"""Levels of factors that a study does not name, as for ``vslice slice``; its rows have them."""
+DEFAULTS: dict[str, Any] = {"tiles": "4x4", "sheet": 0} | USUAL
+"""With those of ``vslice generate``."""
 
 
 def experiment(task: Mapping[str, Any]) -> dict[str, Any]:
@@ -40,7 +44,6 @@ def experiment(task: Mapping[str, Any]) -> dict[str, Any]:
     """
     import numpy as np
 
-    import profiles
     from vslice import __version__
     from vslice.pipeline import Search, hatched, ordered, slice_grid
 
@@ -50,11 +53,11 @@ def experiment(task: Mapping[str, Any]) -> dict[str, Any]:
     search = Search(**{name: asked[name] for name in SEARCH})
     found: dict[str, Any] = {"grid_sha256": _hash(sheet), "version": __version__}
     if not task.get("program"):
-        shaped, _, result, _ = ordered(
-            sheet, hatched(sheet), profiles.load(asked["machine"], overrides), search
-        )
+        profile = _profile(asked["machine"], overrides)
+        shaped, _, result, _ = ordered(sheet, hatched(sheet), profile, search)
     else:
-        sliced = slice_grid(sheet, asked["machine"], overrides, search=search, step=lambda name: None)
+        machine = _same_profile(asked["machine"])
+        sliced = slice_grid(sheet, machine, overrides, search=search, step=lambda name: None)
         shaped, result, times = sliced.printable, sliced.result, sliced.program.times
         deepest = None if sliced.pressing is None else sliced.pressing.deepest
         found |= {
@@ -67,6 +70,7 @@ def experiment(task: Mapping[str, Any]) -> dict[str, Any]:
         }
     segments = shaped.lines.segments
     found["toolpaths"], found["pieces"] = shaped.hatch_lines, len(segments)
+    found["cuts"] = found["pieces"] - found["toolpaths"]
     found["printed_mm"] = float(np.hypot(*(segments[:, 1] - segments[:, 0]).T).sum())
     return found | _of_result(result)
 
@@ -145,6 +149,34 @@ def _hash(sheet: Any) -> str:
     return hashlib.sha256(grid.dumps(sheet).encode("utf-8")).hexdigest()
 
 
+def _profile(machine: str, overrides: tuple[str, ...]) -> profiles.Profile:
+    name = _same_profile(machine)
+    return _shipped(name, overrides) if name == machine else profiles.load(name, overrides)
+
+
+@lru_cache(maxsize=64)
+def _shipped(machine: str, overrides: tuple[str, ...]) -> profiles.Profile:
+    """To read and check a profile takes longer than to order a tiny sheet."""
+    return profiles.load(machine, overrides)
+
+
+def _same_profile(level: str) -> str:
+    """The shipped name or the file of a level; a file must say the same as when the study was begun.
+
+    Raises:
+        ValueError: it does not.
+    """
+    name, _, digest = level.rpartition("#")
+    if name and _said(name) != digest:
+        raise ValueError(f"{name} has changed since the study was begun")
+    return name or level
+
+
+def _said(profile: str) -> str:
+    """Begin of the hash of what a profile says, with all that it extends."""
+    return hashlib.sha256(profiles.load(profile).model_dump_json().encode()).hexdigest()[:12]
+
+
 def _overrides(task: Mapping[str, Any]) -> tuple[str, ...]:
     settings = tuple(f"{name}={value}" for name, value in task.items() if "." in name)
     return with_nozzle(task.get("nozzle"), settings)
@@ -194,15 +226,16 @@ def _files(*endings: str) -> Check:
 
 
 def _machine(value: Any, folder: Path) -> list[Any]:
-    import profiles
-
     known = profiles.shipped()
     if value in known:
         return [value]
     file = folder / str(value)
     if not file.is_file():
         raise ValueError(f"{value!r} is no shipped profile ({', '.join(known)}) and no file")
-    return [str(file.resolve())]
+    try:
+        return [f"{file.resolve()}#{_said(str(file))}"]
+    except profiles.ProfileError as error:
+        raise ValueError(str(error)) from None
 
 
 def _nozzle(value: Any, folder: Path) -> list[Any]:

@@ -6,6 +6,7 @@ from study_functions import VOCABULARY
 
 from studies import StudyError, read_study, shipped
 from studies.design import key_of
+from vslice.experiment import FIGURES, USUAL
 from vslice.experiment import VOCABULARY as SHEETS
 
 
@@ -74,6 +75,7 @@ def test_a_latin_hypercube_has_one_point_in_each_stratum_of_each_factor(made):
         ("samples = 3\n[factors]\nx = 1", "belong to a latin-hypercube"),
         ("design = 'latin-hypercube'\nsamples = 0\n[factors]\nx = 1", "samples 0 must be"),
         ("seed = -1\n[factors]\nx = 1", "seed -1"),
+        ("figures = 'travel_mm'\n[factors]\nx = 1", "must be a list"),
         ("program = 1\n[factors]\nx = 1", "true or false"),
     ],
 )
@@ -101,10 +103,21 @@ def test_what_sheets_and_machines_may_be(made, text, said):
         made(f"[factors]\n{text}", SHEETS)
 
 
+def test_what_a_file_does_not_name_is_as_usual_and_in_every_task(tmp_path):
+    (tmp_path / "study.toml").write_text("figures = ['square']\n[factors]\nx = [1, 2]\nkind = 'a'")
+    usual = {"kind": "b", "y": 3}
+    study = read_study(str(tmp_path / "study.toml"), VOCABULARY, usual, ("square", "half"))
+    assert [(task["kind"], task["y"]) for task in study.tasks()] == [("a", 3), ("a", 3)]
+    assert study.figures == ("square",)
+    with pytest.raises(StudyError, match="no figure 'square'; known: half"):
+        read_study(str(tmp_path / "study.toml"), VOCABULARY, usual, ("half",))
+
+
 def test_the_shipped_studies_can_be_read():
     assert set(shipped()) == {"table-one", "greedy-gap", "tilts", "nozzle-width"}
     for name in shipped():
-        study = read_study(name, SHEETS)
+        study = read_study(name, SHEETS, USUAL, (*FIGURES, "seconds"))
+        assert study.factors[0].name == "sheet"  # so that a part of it shows something of every level
         assert len(study) == len(list(study.tasks()))
     with pytest.raises(StudyError, match="Shipped studies: greedy-gap"):
         read_study("nothing", SHEETS)

@@ -2,13 +2,14 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from studies import Factor, Study, StudyError, statistics
 from studies.design import key_of
-from studies.figures import draw
+from studies.figures import draw, label
 from studies.report import report
 from studies.store import Store
 from studies.written import as_csv, as_latex, as_markdown
@@ -93,6 +94,28 @@ def test_pictures_are_drawn_and_always_the_same(folder):
     assert set(drawn) == {"travel_mm_tiles.pdf", "travel_mm_method.pdf", "travel_mm_scaling.pdf"}
     assert all(data.startswith(b"%PDF") for data in drawn.values())
     assert draw(made, "pdf") == drawn
+
+
+def test_a_study_says_what_its_report_shows(tmp_path):
+    asked = Study("shown", (Factor("sheet", (0, 1)),), figures=("toolpaths",))
+    rows = [
+        {"index": k, "key": key_of({"sheet": k}), "sheet": k, "toolpaths": 5 + k, "travel_mm": 1.0 + k, "error": None}
+        for k in (0, 1)
+    ]  # fmt: skip
+    with Store(tmp_path, asked, FIGURES, "1") as store:
+        store.append(rows)
+    assert report(tmp_path).outcomes == ["toolpaths"]
+    assert report(tmp_path, ["travel_mm"]).outcomes == ["travel_mm"]
+    with Store(tmp_path, replace(asked, figures=("travel_mm",)), FIGURES, "1"):
+        pass  # it is the same study
+    assert report(tmp_path).outcomes == ["travel_mm"]
+
+
+def test_axes_say_units():
+    assert label("travel_mm") == "travel, mm"
+    assert label("nozzle.tip_width_mm") == "nozzle tip width, mm"
+    assert label("peak_mb") == "peak, MB"
+    assert label("nodes_visited") == "nodes visited"
 
 
 def test_no_such_figure_is_named_with_those_that_there_are(folder):

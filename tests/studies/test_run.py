@@ -2,22 +2,18 @@
 
 import os
 import signal
-import subprocess
-import sys
-import textwrap
 import threading
 import time
-from pathlib import Path
 
 import pytest
 from study_functions import FIGURES
+from study_processes import Served, children
 
 from studies import Factor, Study, StudyError
 from studies.run import elsewhere, local_cluster, run
 from studies.store import Store, load
 
 CALL = "study_functions:square"
-TESTS = Path(__file__).parents[1]
 
 
 def study(count=150, kind="a", folder=""):
@@ -86,14 +82,6 @@ def test_a_task_that_kills_its_worker_every_time_fails_alone(tmp_path):
     assert [error for k, error in enumerate(errors) if k != 3] == [None] * 7
 
 
-def children(script, *words):
-    environment = os.environ | {"PYTHONPATH": f"{TESTS}:{TESTS.parent}:{os.environ.get('PYTHONPATH', '')}"}
-    return subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(script), *map(str, words)], env=environment, stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL, text=True,
-    )  # fmt: skip
-
-
 CLIENT = """
     import sys
     from pathlib import Path
@@ -130,55 +118,40 @@ def test_a_killed_client_loses_nothing_that_had_come_back(tmp_path, undisturbed)
     assert results(tmp_path) == undisturbed
 
 
-SERVER = """
-    import asyncio, sys
-    from distributed import Scheduler, Worker
-    async def main():
-        async with Scheduler(port=int(sys.argv[2]), host="127.0.0.1", dashboard=False) as scheduler:
-            print(scheduler.address, flush=True)
-            await scheduler.finished()
-    async def work():
-        async with Worker(sys.argv[2], nthreads=1) as worker:
-            print("up", flush=True)
-            await worker.finished()
-    asyncio.run(main() if sys.argv[1] == "scheduler" else work())
-"""
-
-
-def served():
-    scheduler = children(SERVER, "scheduler", 0)
-    address = scheduler.stdout.readline().strip()
-    workers = [children(SERVER, "worker", address) for _ in range(2)]
-    for worker in workers:
-        assert worker.stdout.readline().strip() == "up"
-    return address, scheduler, workers
-
-
 def test_on_a_scheduler_elsewhere_that_is_killed_and_comes_again(tmp_path, undisturbed):
-    address, scheduler, workers = served()
-    try:
-        with Store(tmp_path, study(), FIGURES, "1") as store, elsewhere(address) as client:
+    def told(standing):
+        assert standing.workers == 2
+        if standing.done > 0:
+            there.scheduler.kill()
 
-            def told(standing):
-                if standing.done > 0:
-                    scheduler.kill()
-
-            with pytest.raises(StudyError, match="Run the same command"):
-                run(study(), CALL, store, client, told)
-    finally:
-        for process in (scheduler, *workers):
-            process.kill()
-            process.wait()
-    address, scheduler, workers = served()
-    try:
-        with Store(tmp_path, study(), FIGURES, "1") as store, elsewhere(address) as client:
-            standing = run(study(), CALL, store, client)
-    finally:
-        for process in (scheduler, *workers):
-            process.kill()
-            process.wait()
+    with (
+        Served() as there,
+        Store(tmp_path, study(), FIGURES, "1") as store,
+        elsewhere(there.address) as client,
+        pytest.raises(StudyError, match="Run the same command"),
+    ):
+        run(study(), CALL, store, client, told)
+    with (
+        Served() as there,
+        Store(tmp_path, study(), FIGURES, "1") as store,
+        elsewhere(there.address) as client,
+    ):
+        standing = run(study(), CALL, store, client)
     assert standing.before > 0
     assert results(tmp_path) == undisturbed
+
+
+def test_a_worker_that_dies_while_it_gets_ready_does_not_stop_the_others(tmp_path):
+    asked = study(12)
+    with (
+        Served() as there,
+        Store(tmp_path, asked, FIGURES, "1") as store,
+        elsewhere(there.address) as client,
+    ):
+        there.workers[0].send_signal(signal.SIGSTOP)  # it does not answer, and then it is gone
+        threading.Timer(1.0, there.workers[0].kill).start()
+        standing = run(asked, CALL, store, client)
+    assert (standing.done, standing.failed) == (12, 0)
 
 
 def test_nobody_at_the_address_is_said_at_once():

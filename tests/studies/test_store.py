@@ -94,6 +94,9 @@ def test_one_writer_one_study_one_version(tmp_path):
     other = Study("cubes", STUDY.factors)
     with pytest.raises(StudyError, match="another study, 'squares' .other title"):
         opened(tmp_path, other)
+    turned = Study("squares", STUDY.factors[::-1])  # the same tasks in another order
+    with pytest.raises(StudyError, match=r"other factors\)"):
+        opened(tmp_path, turned)
     with pytest.raises(StudyError, match="begun by version 1, this is 2"):
         opened(tmp_path, version="2")
     with opened(tmp_path):  # an error leaves no lock

@@ -38,6 +38,7 @@ def test_a_study_runs_goes_on_and_is_reported(run):
         assert table["travel_mm"][k] == pytest.approx(result.travel_mm)
         assert table["toolpaths"][k] == problem.n
         assert table["proved"][k] == (table["method"][k] == "auto")
+    assert set(table["effort"]) == {"default"}  # what the file does not say stands in the rows
     before = Path("results/table.parquet").read_bytes()
     code, _, err = run("study", "study.toml", "-o", "results")
     assert code == 0
@@ -79,6 +80,7 @@ def test_a_dry_run_says_what_would_be_done(run):
     code, _, err = run("study", "table-one", "-o", "r", "--dry-run")
     assert code == 0
     assert "20000 tasks" in err
+    assert re.search(r"^ +machine +1 levels: paper$", err, re.MULTILINE)
     assert not Path("r").exists()
 
 
@@ -104,6 +106,32 @@ def test_more_workers_than_the_machine_has_are_not_started(run, monkeypatch):
     assert study._workers(None) == (3, 733)
 
 
+def test_how_a_study_stands_is_told():
+    from studies.run import Standing
+    from vslice.commands.study import _how_it_stands
+
+    assert _how_it_stands(Standing(30, 10, 0, 100, 2), 60) == "30 of 100, about 4 min left"
+    assert _how_it_stands(Standing(90, 10, 3, 100, 1), 80) == "90 of 100, 3 failed, about 10 s left"
+    assert _how_it_stands(Standing(10, 10, 0, 100, 0), 80) == "10 of 100, waiting for a worker"
+
+
+def test_a_machine_of_ones_own_is_known_by_what_it_says(tmp_path):
+    from vslice.experiment import VOCABULARY
+
+    file = tmp_path / "mine.toml"
+    file.write_text("extends = 'paper'")
+    (level,) = VOCABULARY["machine"]("mine.toml", tmp_path)
+    task = {"tiles": "1x1", "machine": level, "objective": "straight", "method": "greedy"}
+    as_shipped = experiment(task | {"machine": "paper"})
+    assert experiment(task)["travel_mm"] == as_shipped["travel_mm"]
+    file.write_text("extends = 'paper'\n[motion]\ntravel_speed_mm_s = 5")
+    with pytest.raises(ValueError, match="has changed since the study was begun"):
+        experiment(task)
+    file.write_text("[motion]\nspeedy = 5")
+    with pytest.raises(ValueError, match="speedy"):
+        VOCABULARY["machine"]("mine.toml", tmp_path)
+
+
 def test_a_task_has_the_figures_that_are_declared(tmp_path):
     plain = experiment({"tiles": "2x1", "machine": "paper", "objective": "straight", "method": "greedy"})
     whole = experiment(
@@ -111,6 +139,7 @@ def test_a_task_has_the_figures_that_are_declared(tmp_path):
          "tilts": "-10..10", "motion.travel_speed_mm_s": 20.0, "effort": "quick", "program": True}
     )  # fmt: skip
     assert set(plain) < set(whole) == set(FIGURES)
+    assert whole["cuts"] == whole["pieces"] - whole["toolpaths"]
     assert whole["total_s"] > whole["printing_s"] > 0
     for name, value in whole.items():
         assert value is None or isinstance(value, FIGURES[name]), name

@@ -1,6 +1,7 @@
 """``vslice study``: many sheets on Dask, and what they say."""
 
 import os
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from vslice.terminal.session import common, progress, say
 
 if TYPE_CHECKING:
     from studies import Study
+    from studies.run import Standing
 
 MB_A_WORKER = 700
 """What a worker needs for sheets of a few thousand toolpaths, the libraries included."""
@@ -74,9 +76,9 @@ def run_command(
     _need("dask", "distributed", "pyarrow", "locket")
     from studies import read_study
     from vslice import __version__
-    from vslice.experiment import CALL, FIGURES, VOCABULARY
+    from vslice.experiment import CALL, FIGURES, USUAL, VOCABULARY
 
-    study = read_study(study_file, VOCABULARY)
+    study = read_study(study_file, VOCABULARY, USUAL, (*FIGURES, "seconds"))
     if dry_run:
         no_effect("a dry run (--dry-run)", "workers", "scheduler", "retry_failed")
         _describe(study)
@@ -113,23 +115,38 @@ def run_command(
 def _run_on(place: Any, work: Any, total: int) -> None:
     from studies.run import Standing
 
-    with progress(2) as step, compiling() as first_run:
+    with progress(1) as step, compiling() as first_run:
         if first_run:
             say("Compiling for this machine; this happens once after installation.")
         from vslice.experiment import warm_up
 
-        step("starting")
+        step("tasks")
+        step.detail("getting ready")
         if first_run:
             warm_up()
         with place as client:
             say(f"Dask's dashboard: {client.dashboard_link}")
-            step("running")
+            begun = time.monotonic()
 
             def told(standing: Standing) -> None:
-                failed = f", {standing.failed} failed" if standing.failed else ""
-                step.detail(f"{standing.done} of {total} tasks{failed}")
+                step.part(standing.done / total)
+                step.detail(_how_it_stands(standing, time.monotonic() - begun))
 
             work(client, told)
+
+
+def _how_it_stands(standing: "Standing", seconds: float) -> str:
+    """For instance "300 of 20000, 2 failed, about 12 min left"."""
+    parts = [f"{standing.done} of {standing.total}"]
+    if standing.failed:
+        parts.append(f"{standing.failed} failed")
+    new, left = standing.done - standing.before, standing.total - standing.done
+    if not standing.workers:
+        parts.append("waiting for a worker")
+    elif new and left:
+        rest_s = seconds * left / new
+        parts.append(f"about {rest_s:.0f} s left" if rest_s < 90 else f"about {rest_s / 60:.0f} min left")
+    return ", ".join(parts)
 
 
 def _workers(asked: int | None) -> tuple[int, int]:
@@ -157,12 +174,13 @@ def _describe(study: "Study") -> None:
     from itertools import islice
 
     say(f"{study.title}: {len(study)} tasks")
+    width = 2 + max(len(factor.name) for factor in study.factors)
     for factor in study.factors:
         shown = ", ".join(map(str, factor.levels[:6])) + (", ..." if len(factor.levels) > 6 else "")
         what = f"{len(factor.levels)} levels: {shown}"
         if study.samples is not None and factor.limits is not None:
             what = f"from {factor.limits[0]:g} to {factor.limits[1]:g}"
-        say(f"  {factor.name:<16}{what}")
+        say(f"  {factor.name:<{width}}{what}")
     for task in islice(study.tasks(), 3):
         say("  first tasks: " + ", ".join(f"{name} = {value}" for name, value in task.items()))
 

@@ -129,6 +129,9 @@ class Steps:
     def detail(self, text: str) -> None:
         """How the step is going."""
 
+    def part(self, share: float) -> None:
+        """So much of the step is done, 0 to 1."""
+
 
 class _Spoken(Steps):
     """A line for each step with the time that it took."""
@@ -163,6 +166,9 @@ class _Bar(Steps):
 
     def detail(self, text: str) -> None:
         self._bar.update(self._task, description=f"{self._name}, {text}")
+
+    def part(self, share: float) -> None:
+        self._bar.update(self._task, completed=self._begun - 1 + share)
 
 
 @contextmanager
