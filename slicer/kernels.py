@@ -90,10 +90,17 @@ def _compile_quickly(compiled: Any) -> None:
     compile_kernel = compiled.compile
 
     def compile_now(signature: Any) -> Any:
-        with _few_collections(), remembered():
+        with _few_collections(), remembered(), _alone(compiled):
             return compile_kernel(signature)
 
     compiled.compile = compile_now
+
+
+def _alone(compiled: Any) -> contextlib.AbstractContextManager[None]:
+    """Let another process that wants the same kernel wait for it and find it, and not compile it as well."""
+    if is_kept(compiled):
+        return contextlib.nullcontext()
+    return machine_code.held(compiled.py_func.__code__.co_filename)
 
 
 @contextlib.contextmanager

@@ -52,7 +52,7 @@ def _looks_as_expected() -> bool:
         return (
             list(inspect.signature(_NUMBAS_GET_CALL_TYPE).parameters) == ["self", "context", "args", "kws"]
             and list(cast(Any, targetconfig.TargetConfig).__slots__) == ["_values"]
-            and hash(targetconfig.TargetConfig()) == _hash_of_flags(targetconfig.TargetConfig())
+            and hash(default := cast(Any, targetconfig.TargetConfig)()) == _hash_of_flags(default)
             and callable(targetconfig.ConfigStack.top_or_none)
             and hasattr(functions.BaseFunction, "get_impl_key")
         )
@@ -72,7 +72,7 @@ def _get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
     The key has the function's type, and with it all its templates: one that was registered since makes
     another type.
     """
-    flags: Any = targetconfig.ConfigStack.top_or_none()
+    flags = cast(Any, targetconfig.ConfigStack).top_or_none()
     asked = (self, context, tuple(args), tuple(kws.items()))
     try:
         kept = _ANSWERS.get((*asked, flags))
