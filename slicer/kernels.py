@@ -10,6 +10,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 
 from slicer import machine_code
+from slicer.typing_memo import remembered
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -42,6 +43,11 @@ def inner_kernel(function: Callable[P, R]) -> Callable[P, R]:
     return _compiled(function, _nrt=False, no_cpython_wrapper=True)
 
 
+def allocating_inner_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """An ``inner_kernel`` that creates arrays, as a ``kernel`` may."""
+    return _compiled(function, no_cpython_wrapper=True)
+
+
 def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
     njit = cast(Callable[..., Callable[[Callable[P, R]], Callable[P, R]]], numba.njit)
     # Numba asks for the locator while it decorates; other users of numba in the process keep theirs.
@@ -54,7 +60,7 @@ def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
         config.CACHE_LOCATOR_CLASSES = before
     _name_apart(compiled)
     _compile_once(compiled)
-    _collect_rarely(compiled)
+    _compile_quickly(compiled)
     return compiled
 
 
@@ -79,23 +85,31 @@ def widest(kind: Any) -> Any:
     return types.int64 if plain in (types.int8, types.int16, types.int32) else plain
 
 
-def _collect_rarely(compiled: Any) -> None:
-    """Let Python look for garbage less often while this kernel is compiled.
-
-    Numba and LLVM's binding make hundreds of thousands of objects that live until the kernel is done; looking
-    through them again and again took a tenth of all compile time.
-    """
+def _compile_quickly(compiled: Any) -> None:
+    """Spare work of Python while this kernel is compiled, and of numba's while it looks up types."""
     compile_kernel = compiled.compile
 
     def compile_now(signature: Any) -> Any:
-        with _few_collections():
+        with _few_collections(), remembered(), _alone(compiled):
             return compile_kernel(signature)
 
     compiled.compile = compile_now
 
 
+def _alone(compiled: Any) -> contextlib.AbstractContextManager[None]:
+    """Let another process that wants the same kernel wait for it and find it, and not compile it as well."""
+    if is_kept(compiled):
+        return contextlib.nullcontext()
+    return machine_code.held(compiled.py_func.__code__.co_filename)
+
+
 @contextlib.contextmanager
 def _few_collections() -> Iterator[None]:
+    """Let Python look for garbage less often.
+
+    Numba and LLVM's binding make hundreds of thousands of objects that live until the kernel is done; looking
+    through them again and again took a tenth of all compile time.
+    """
     before = gc.get_threshold()
     gc.set_threshold(COLLECT_AFTER, *before[1:])
     try:

@@ -15,6 +15,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, Self
@@ -23,6 +24,11 @@ import llvmlite.binding
 import numba
 import platformdirs
 from numba.core import caching
+
+try:
+    import fcntl
+except ImportError:  # Windows: two processes that compile at once do so for themselves
+    fcntl = None  # type: ignore[assignment]
 
 IMPORT = re.compile(
     r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+([\w.]+(?:\s*,\s*[\w.]+)*))",
@@ -67,6 +73,29 @@ class ByContent(caching._CacheLocator):
     def get_disambiguator(self) -> str:
         """Tells functions of one name in one module apart."""
         return str(self._line)
+
+
+@contextmanager
+def held(source: str) -> Iterator[None]:
+    """While this is open, no other process compiles a kernel of the module ``source``.
+
+    Modules import each other one way, and so do processes wait for each other. The module's own file is
+    locked, which leaves nothing behind and ends with the process; where it cannot be, nobody waits.
+    """
+    if fcntl is None or source in _HELD:
+        yield
+        return
+    with ExitStack() as stack:
+        with suppress(OSError):
+            file = stack.enter_context(Path(source).open("rb"))
+            fcntl.flock(file, fcntl.LOCK_EX)
+        _HELD.add(source)
+        stack.callback(_HELD.remove, source)
+        yield
+
+
+_HELD: set[str] = set()
+"""Modules that this process holds; numba compiles in one thread at a time."""
 
 
 @cache

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.errors import SlicerError
-from slicer.kernels import inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
 
 EPS_MM = 1e-7
 """Material that pushes no deeper than ``press`` by this much more only touches the hard core."""
@@ -234,7 +234,7 @@ def _corner(a: NDArray[np.float64], b: NDArray[np.float64], corner: int) -> tupl
     return a[i, 0] - b[j, 0], a[i, 1] - b[j, 1]
 
 
-@kernel
+@allocating_inner_kernel
 def in_the_way(body: NozzleBody, segments: NDArray[np.float64]) -> NDArray[np.bool_]:
     """bool (n, n): whether toolpath [a] stands in the way of [b] by the body. For few toolpaths."""
     n = len(segments)

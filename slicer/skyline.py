@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.envelope import raise_by, raise_upright
-from slicer.kernels import inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
 from slicer.nozzle import EPS_MM as PRESS_EPS_MM
 from slicer.nozzle import NozzleBody
 from slicer.pieces import (
@@ -113,7 +113,7 @@ def append(sky: Skyline, piece: NDArray[np.float64], q: int) -> None:
     insert_after(sky.link, sky.link[RIGHT, LEFT], new)
 
 
-@kernel
+@allocating_inner_kernel
 def widened(sky: Skyline) -> Skyline:
     """The same skyline with twice the room; the old one must not be used any more."""
     room = len(sky.piece)
@@ -152,7 +152,7 @@ def lay_to_leave(sky: Skyline, segment: NDArray[np.float64], end: int) -> bool:
     return _raise(sky, segment, max(0.0, highest(sky.lines, count, segment[end, 0]) - segment[end, 1]))
 
 
-@kernel
+@allocating_inner_kernel
 def with_laid(sky: Skyline, segment: NDArray[np.float64], end: int) -> Skyline:
     """The skyline with a toolpath laid to be left at an ``end``, or in full where that is negative.
 

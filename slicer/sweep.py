@@ -15,7 +15,7 @@ HEALED = 1  # what stood between them has ended at this x
 FRESH = 2  # at least one of them begins at this x
 
 
-@kernel
+@inner_kernel
 def _cross(lines: NDArray[np.float64], low: int, high: int, eps: float) -> bool:
     """Whether ``low``, the lower of two slanted neighbours, rises above ``high`` or lies on it throughout."""
     left = max(lines[low, 0, 0], lines[high, 0, 0])

@@ -7,11 +7,11 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def compiling() -> Iterator[bool]:
+def compiling(everything: bool = False) -> Iterator[bool]:
     """Let a second process compile what a job needs last, while the job compiles what it needs first.
 
-    Machine code is kept on disk, so either process finds what the other has compiled. Yields whether
-    anything has to be compiled.
+    Machine code is kept on disk, so either process finds what the other has compiled, and waits for what
+    the other is compiling. Yields whether anything has to be compiled.
     """
     from slicer.kernels import is_kept
     from slicer.sweep import sweep
@@ -19,7 +19,9 @@ def compiling() -> Iterator[bool]:
     if is_kept(sweep):  # the first kernel of every job
         yield False
         return
-    helper = multiprocessing.get_context("spawn").Process(target=compile_the_rest, daemon=True)
+    helper = multiprocessing.get_context("spawn").Process(
+        target=compile_the_rest, args=(everything,), daemon=True
+    )
     helper.start()
     try:
         yield True
@@ -28,25 +30,40 @@ def compiling() -> Iterator[bool]:
         helper.join()
 
 
-def compile_the_rest() -> None:
-    """Run the bound, refinement and the routing of travels on six toolpaths, and so compile them.
+def compile_the_rest(everything: bool = False) -> None:
+    """Compile what a job comes to, from its end: the routing of travels, refinement, and so on to the bound.
 
-    To be called in a process of its own, which the caller ends.
+    To be called in a process of its own, which the caller ends. ``everything`` goes on with the sheets of
+    ``compile_kernels``, from the last to the first.
     """
     import numpy as np
 
     from slicer import travel
+    from slicer.nozzle import NozzleBody
     from slicer.processes import end_with_parent
     from slicer.sequence.portfolio import rehearse
 
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the job hears of Ctrl-C, and ends this
-    rehearse()
     segments = np.array([[[col, row], [col + 1, row]] for col in (0.0, 1.0) for row in (0.0, 1.0, 2.0)])
-    travel.plan(segments, np.arange(6), np.zeros(6, np.bool_), clearance_mm=0.2)
+    travel.plan(
+        segments,
+        np.arange(6),
+        np.zeros(6, np.bool_),
+        clearance_mm=0.2,
+        body=NozzleBody.of(*NEEDLE),
+        join_mm=1.5 if everything else 0.0,
+    )
+    rehearse()
+    if everything:
+        compile_kernels(backwards=True)
 
 
-def compile_kernels() -> None:
+NEEDLE, CONE = (0.2, 0.0, 5.0, 4.0, 0.1), (0.3, 30.0, 5.0, 6.0, 0.06)
+"""Two nozzles, as ``NozzleBody.of`` takes them; toolpaths stand in each other's way under the second."""
+
+
+def compile_kernels(backwards: bool = False) -> None:
     """Order small sheets of every kind by the default way, and so compile what it runs."""
     import numpy as np
 
@@ -58,18 +75,19 @@ def compile_kernels() -> None:
 
     random = np.random.default_rng(1)
     goal = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
-    needle, cone = NozzleBody.of(0.2, 0.0, 5.0, 4.0, 0.1), NozzleBody.of(0.3, 30.0, 5.0, 6.0, 0.06)
     # Proved; searched only; and so steep that its down-sets are too many, or that it has to be cut.
-    kinds = (
-        (2, 0.2, -45.0, 0.0, "default", POINT),
-        (4, 0.12, -45.0, 0.0, "default", POINT),
-        (6, 0.12, -85.0, 85.0, "quick", POINT),
-        (3, 0.2, -45.0, 0.0, "default", needle),
-        (3, 0.12, -85.0, 85.0, "quick", cone),
-    )
-    for tiles, spacing_mm, low_deg, high_deg, effort, body in kinds:
-        angles = random.uniform(low_deg, high_deg, (tiles, tiles))
-        sheet = Grid(angles, np.full((tiles, tiles), spacing_mm), (1.0, 1.0))
+    kinds = [
+        (random.uniform(low_deg, high_deg, (tiles, tiles)), spacing_mm, effort, body)
+        for tiles, spacing_mm, low_deg, high_deg, effort, body in (
+            (2, 0.2, -45.0, 0.0, "default", POINT),
+            (4, 0.12, -45.0, 0.0, "quick", POINT),
+            (6, 0.12, -85.0, 85.0, "quick", POINT),
+            (3, 0.2, -45.0, 0.0, "default", NozzleBody.of(*NEEDLE)),
+            (3, 0.12, -85.0, 85.0, "quick", NozzleBody.of(*CONE)),
+        )
+    ]
+    for angles, spacing_mm, effort, body in reversed(kinds) if backwards else kinds:
+        sheet = Grid(angles, np.full(angles.shape, spacing_mm), (1.0, 1.0))
         shaped = printable("sheet", hatch.hatch(sheet), "corner", body)
         result = sequence.solve(shaped.problem, objective=goal, effort=effort)
         travel.plan(
@@ -87,7 +105,7 @@ def ship() -> None:
     """Compile everything and leave a note of what it was compiled for."""
     from slicer import machine_code
 
-    with compiling():
+    with compiling(everything=True):
         compile_kernels()
     machine_code.shipped_note().write_text(machine_code.toolchain() + "\n")
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.cutting.hindering import hinders
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.nozzle import NozzleBody
 
 NONE = -1
@@ -58,7 +58,7 @@ def glue(
     return left
 
 
-@bare_kernel
+@inner_kernel
 def _between(
     above: NDArray[np.bool_],
     left: NDArray[np.bool_],
@@ -83,7 +83,7 @@ def _between(
     return False
 
 
-@bare_kernel
+@inner_kernel
 def _join(
     above: NDArray[np.bool_],
     left: NDArray[np.bool_],

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.cutting.hindering import ABOVE, hindering_part, hinders
-from slicer.kernels import inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
 from slicer.nozzle import NozzleBody
 
 NONE = -1
@@ -96,7 +96,7 @@ def cut_greedily(
     return owner[:made].copy(), span[:made].copy()
 
 
-@kernel
+@allocating_inner_kernel
 def _begin(body: NozzleBody, segments: NDArray[np.float64]) -> Remaining:
     n = len(segments)
     rest = Remaining(

@@ -9,7 +9,7 @@ from slicer import precedence
 from slicer.cutting.hindering import hinders, lies_above
 from slicer.cycles import components
 from slicer.errors import SlicerError
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.nozzle import EPS_MM, NozzleBody, press_depth
 
 EXACT_UP_TO = 14
@@ -185,7 +185,7 @@ def _insertion(excess: NDArray[np.float64]) -> NDArray[np.int64]:
     return order
 
 
-@bare_kernel
+@inner_kernel
 def _best_place(excess: NDArray[np.float64], order: NDArray[np.int64], k: int) -> tuple[int, float]:
     """Where the k-th of an order should stand, and what that saves."""
     a = order[k]
@@ -209,7 +209,7 @@ def _best_place(excess: NDArray[np.float64], order: NDArray[np.int64], k: int) -
     return best, best_gain
 
 
-@bare_kernel
+@inner_kernel
 def _move(order: NDArray[np.int64], k: int, to: int) -> None:
     a = order[k]
     step = 1 if to > k else -1

@@ -161,3 +161,63 @@ def test_imports_are_followed_however_they_are_written(tmp_path):
     )
     found = machine_code._read.__wrapped__(root / "p" / "m.py", root)[1]
     assert {file.parent.name for file in found} - {"p"} == {"a", "b", "c", "d"}
+
+
+TOGETHER = """
+import pathlib, sys, uuid
+from slicer.kernels import kernel
+
+@kernel
+def slow(x):
+    return x + 1
+
+here = pathlib.Path(sys.argv[1])
+(here / uuid.uuid4().hex).touch()
+while len([*here.iterdir()]) < 2:
+    pass
+slow(1)
+print(sum(slow.stats.cache_misses.values()))
+"""
+
+
+def test_two_processes_that_begin_together_compile_a_kernel_once(package, tmp_path):
+    pytest.importorskip("fcntl")
+    (package.package / "together.py").write_text(TOGETHER)
+    (tmp_path / "ready").mkdir()
+    path = os.pathsep.join([str(package.folder), *sys.path])
+    environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(package.cache)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    words = [sys.executable, "-B", "-c", "import kernelpackage.together", str(tmp_path / "ready")]
+    both = [subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    assert sorted(int(one.communicate()[0]) for one in both) == [0, 1]
+
+
+TRY = """
+import fcntl, sys
+try:
+    fcntl.flock(open(sys.argv[1], "rb"), fcntl.LOCK_EX | fcntl.LOCK_NB)
+except BlockingIOError:
+    print("held")
+"""
+
+
+def test_a_module_is_held_until_the_last_has_let_go(tmp_path):
+    pytest.importorskip("fcntl")
+    module = tmp_path / "module.py"
+    module.write_text("")
+
+    def seen():
+        words = [sys.executable, "-c", TRY, str(module)]
+        return subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
+
+    with machine_code.held(str(module)):
+        with machine_code.held(str(module)):
+            assert seen() == "held"
+        assert seen() == "held"
+    assert seen() == ""
+    assert [*tmp_path.iterdir()] == [module]
+
+
+def test_a_module_that_cannot_be_locked_is_compiled_all_the_same(tmp_path):
+    with machine_code.held(str(tmp_path / "gone.py")):
+        pass

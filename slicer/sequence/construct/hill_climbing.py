@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.problem import Search
 
 NONE = -1
@@ -148,7 +148,7 @@ def hill_climb(
     return sequence, states
 
 
-@kernel
+@inner_kernel
 def _nearest(
     segments: NDArray[np.float64],
     head: NDArray[np.int32],

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import bare_kernel, inner_kernel
 from slicer.sequence.problem import CostModel, Neighbours, Objective, Problem, arc_cost, start_of
 
 LEAST_GAIN = 1e-9
@@ -125,7 +125,7 @@ def refresh(
             order[1, v >> 1] = p
 
 
-@bare_kernel
+@inner_kernel
 def exchange(
     tour: Tour,
     i: int,

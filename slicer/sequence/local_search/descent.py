@@ -170,7 +170,7 @@ def cut_between(
     return best
 
 
-@bare_kernel
+@inner_kernel
 def best_move(
     tour: Tour,
     u: int,

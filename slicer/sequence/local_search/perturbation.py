@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.local_search.block_exchange import Tour, exchange
 from slicer.sequence.local_search.descent import descend, enqueue
 from slicer.sequence.problem import draw
@@ -18,7 +18,7 @@ CLOSE = 10
 """How far from their centre the exchanges of a perturbation start."""
 
 
-@bare_kernel
+@inner_kernel
 def random_exchange(
     tour: Tour,
     state: NDArray[np.uint64],

@@ -10,7 +10,7 @@ cheaper.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, inner_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.pieces import FREED, LEFT, RIGHT, USED
 from slicer.sequence.local_search.block_exchange import LEAST_GAIN, Tour, exchange
 from slicer.sequence.local_search.descent import best_move
@@ -143,7 +143,7 @@ def _may_turn(tour: Tour, low: int, high: int) -> int:
     return 1
 
 
-@bare_kernel
+@inner_kernel
 def _price(
     tour: Tour,
     sky: Skyline,

@@ -1,17 +1,22 @@
-"""A rehearsal on six toolpaths, which compiles what the proof of a small sheet comes to last."""
+"""A rehearsal on six toolpaths, which compiles what ordering a small sheet comes to, the last of it first."""
 
 import numpy as np
 
 from slicer.nozzle import POINT
 from slicer.sequence.bound import PairBound
 from slicer.sequence.layered import doubled, drop_dominated, insert, keep_best, new_pool, rebuild_table
-from slicer.sequence.local_search import refine
-from slicer.sequence.problem import Objective, Problem, Search, true_cost
+from slicer.sequence.local_search import anneal, refine
+from slicer.sequence.problem import Objective, Problem, Search
 from slicer.sequence.states import Section, cover, down_sets
+from slicer.sequence.tree_search import improve_by_trees
 
 
 def rehearse() -> None:
-    """Run the bound, the pool of the layered search and refinement once; local search is left out."""
+    """Run refinement, local search, trees, the pool of the layered search and the bound once, in this order.
+
+    It is the order in which a job comes to them, turned round: who rehearses beside a job meets it in the
+    middle, and so little is waited for.
+    """
     # Two columns of three level toolpaths, built by hand: a job begins with deriving precedence anyway.
     segments = np.array([[[col, row], [col + 1, row]] for col in (0.0, 1.0) for row in (0.0, 1.0, 2.0)])
     edges = np.array([[0, 1], [1, 2], [3, 4], [4, 5]], np.int32)
@@ -30,21 +35,22 @@ def rehearse() -> None:
         first_flipped=False,
     )
     objective = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
-    # The other process is at the sweep meanwhile, and comes to the bound of its sheet next.
-    section = Section.whole(problem, objective)
-    sets = down_sets(section, 100)
-    bound = PairBound.over(section, sets, cover(sets))
-    bound.improve(1e3, 1)
-    bound.use_best_multipliers()
-    bound.fix_states(1e9)
     order = np.arange(6)
     oriented = (2 * order).astype(np.int32)
-    true_cost(problem, objective, oriented)
-    # What the proof of a small sheet comes to last; local search is left to the first sheet that needs it.
+    refine(Search(problem, effort="quick", objective=objective), oriented)
+    direct = Search(problem, effort="quick", objective=Objective("time"))
+    direct.offer(oriented)
+    anneal(direct, perturbations=1)
+    improve_by_trees(direct, oriented, rollouts=1, stream=0)
     pool = new_pool()
     size = insert(pool, 0, np.uint64(1), 0, 0, 0.0, 0.0)
     pool = doubled(pool, size)
     rebuild_table(pool, size)
     keep_best(pool, size, 1)
     drop_dominated(pool, segments, size)
-    refine(Search(problem, effort="quick", objective=objective), oriented)
+    section = Section.whole(problem, objective)
+    sets = down_sets(section, 100)
+    bound = PairBound.over(section, sets, cover(sets))
+    bound.improve(1e3, 1)
+    bound.use_best_multipliers()
+    bound.fix_states(1e9)

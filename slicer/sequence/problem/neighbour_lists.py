@@ -156,7 +156,7 @@ def _nearest(
     return out
 
 
-@kernel
+@inner_kernel
 def _can_follow(
     ranks: NDArray[np.int32],
     succ_start: NDArray[np.int32],

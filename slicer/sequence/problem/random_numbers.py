@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, inner_kernel
+from slicer.kernels import inner_kernel
 
 INCREMENT = np.uint64(0x9E3779B97F4A7C15)
 
@@ -33,7 +33,7 @@ def random_state(seed: int, draws: Draws, stream: int | None = None) -> NDArray[
     return np.random.SeedSequence(seed, spawn_key=key).generate_state(1, np.uint64).astype(np.uint64)
 
 
-@bare_kernel
+@inner_kernel
 def draw(state: NDArray[np.uint64]) -> float:
     """The next random number in [0, 1)."""
     state[0] += INCREMENT

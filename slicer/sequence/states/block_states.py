@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import allocating_inner_kernel, kernel
 from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.section import NONE
 
@@ -26,7 +26,7 @@ class Numbers(NamedTuple):
     dense: NDArray[np.int64]
 
 
-@kernel
+@allocating_inner_kernel
 def _strides(bounds: NDArray[np.int32], set_start: NDArray[np.int32], k: int) -> NDArray[np.int64]:
     """int64 (columns of block k,): what one step of each column adds to the row-major number."""
     width = bounds[k + 1] - bounds[k] + 1

@@ -7,7 +7,7 @@ the number of its children. Its worth is float64 (m, 3): visits, the sum of thei
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel
+from slicer.kernels import inner_kernel
 
 WIDEN = 1.0
 """A node has at most this times the root of its visits as children."""
@@ -20,7 +20,7 @@ FAINT = 1e-9
 """No spread of costs counts as less."""
 
 
-@bare_kernel
+@inner_kernel
 def add_node(tree: NDArray[np.int32], worth: NDArray[np.float64], at: int, entry: int) -> int:
     """Enter a node without visits; the number of nodes."""
     tree[at, ENTRY] = entry
@@ -29,7 +29,7 @@ def add_node(tree: NDArray[np.int32], worth: NDArray[np.float64], at: int, entry
     return at + 1
 
 
-@bare_kernel
+@inner_kernel
 def add_child(tree: NDArray[np.int32], worth: NDArray[np.float64], node: int, made: int, entry: int) -> int:
     """Enter a node as the first child of another; the number of nodes."""
     nodes = add_node(tree, worth, made, entry)
@@ -38,7 +38,7 @@ def add_child(tree: NDArray[np.int32], worth: NDArray[np.float64], node: int, ma
     return nodes
 
 
-@bare_kernel
+@inner_kernel
 def is_child(tree: NDArray[np.int32], node: int, entry: int) -> bool:
     """Whether a child of the node adds this oriented toolpath."""
     child = tree[node, CHILD]
@@ -47,13 +47,13 @@ def is_child(tree: NDArray[np.int32], node: int, entry: int) -> bool:
     return bool(child != NONE)
 
 
-@bare_kernel
+@inner_kernel
 def may_widen(tree: NDArray[np.int32], worth: NDArray[np.float64], node: int) -> bool:
     """Whether the node has been visited often enough for one more child (progressive widening)."""
     return bool(tree[node, CHILDREN] < WIDEN * np.sqrt(worth[node, VISITS]))
 
 
-@bare_kernel
+@inner_kernel
 def select(tree: NDArray[np.int32], worth: NDArray[np.float64], node: int) -> int:
     """The child with the highest upper confidence bound (UCB1 on costs), or ``NONE`` where there is none."""
     chosen, highest = NONE, -np.inf
@@ -69,7 +69,7 @@ def select(tree: NDArray[np.int32], worth: NDArray[np.float64], node: int) -> in
     return chosen
 
 
-@bare_kernel
+@inner_kernel
 def backpropagate(worth: NDArray[np.float64], node: int, cost: float) -> None:
     """Enter what a rollout through the node has cost."""
     worth[node, VISITS] += 1.0

@@ -5,20 +5,22 @@ from itertools import permutations, product
 import numpy as np
 import pytest
 import shapely
+from calling import from_python
 from fields import grids
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, MultiPoint, Polygon
 
-from slicer import precedence
+from slicer import nozzle, precedence
 from slicer.cutting import cut, press
 from slicer.cutting.fewest import fewest_of_pair
 from slicer.cutting.hindering import BARREL, NEEDLE, SHOULDER, hindering, hindering_parts
 from slicer.cycles import in_cycles
 from slicer.errors import SlicerError
 from slicer.hatch import hatch
-from slicer.nozzle import POINT, NozzleBody, in_the_way
+from slicer.nozzle import POINT, NozzleBody
 
+in_the_way = from_python(nozzle.in_the_way)
 FAR = 100.0
 
 bodies = st.builds(

@@ -7,7 +7,7 @@ import pytest
 
 SLICER = Path(__file__).parents[3] / "slicer"
 MOST = 8
-KERNELS = ("kernel", "bare_kernel", "inner_kernel")
+KERNELS = ("kernel", "bare_kernel", "inner_kernel", "allocating_inner_kernel")
 
 
 def kernels(source: str) -> dict[str, int]:

@@ -4,20 +4,22 @@ import itertools
 
 import numpy as np
 import pytest
+from calling import from_python
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slicer.sequence import Problem, solve
 from slicer.sequence.construct.levels import level_start
-from slicer.sequence.local_search.block_exchange import exchange, new_tour
-from slicer.sequence.local_search.descent import best_move
-from slicer.sequence.local_search.perturbation import random_exchange
+from slicer.sequence.local_search import block_exchange, descent, perturbation
+from slicer.sequence.local_search.block_exchange import new_tour
 from slicer.sequence.problem.comparability import realizer
 from slicer.sequence.problem.directions import directed
 from slicer.sequence.problem.neighbour_lists import neighbours
 from slicer.sequence.problem.objective import Objective
 from tests.fields import closure, random_extension, relation, segment_sets
 
+best_move, exchange = from_python(descent.best_move), from_python(block_exchange.exchange)
+random_exchange = from_python(perturbation.random_exchange)
 TIMED = Objective("time", 0.2, (30.0, 50.0, 5.0), (500.0, 500.0, 50.0), 0.1, 0.5)
 seeds = st.integers(0, 2**32 - 1)
 

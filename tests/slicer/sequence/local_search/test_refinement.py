@@ -5,22 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import bodies
+from calling import from_python
 from fields import random_extension
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from slicer import skyline
 from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.nozzle import POINT
-from slicer.sequence.local_search.refinement import _price, refine
+from slicer.sequence.local_search import refinement
+from slicer.sequence.local_search.refinement import refine
 from slicer.sequence.local_search.start import tour_of
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.problem import Problem
 from slicer.sequence.problem.search import Search
 from slicer.sequence.problem.sequence_cost import true_cost
-from slicer.skyline import new_skyline, skyline_with_room, with_laid
+from slicer.skyline import new_skyline, skyline_with_room
 
 ROUTED = Objective("routed", 0.2)
+price, with_laid = from_python(refinement._price), from_python(skyline.with_laid)
 
 
 @settings(max_examples=60, deadline=None)
@@ -38,7 +42,7 @@ def test_a_window_is_priced_as_the_objective_counts_it(sheet, seed, body, data):
     copy = skyline_with_room(4000, body, sky.floor)
     counted = [true_cost(problem, ROUTED, oriented[:k]) for k in (low - 1, high) if k] or [0.0]
     expected = counted[-1] - (counted[0] if low > 1 else 0.0)
-    assert _price(tour, sky, copy, low, high) == pytest.approx(expected, abs=1e-7)
+    assert price(tour, sky, copy, low, high) == pytest.approx(expected, abs=1e-7)
 
 
 @settings(max_examples=10, deadline=None)

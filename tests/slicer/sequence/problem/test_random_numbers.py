@@ -3,8 +3,12 @@
 import itertools
 
 import pytest
+from calling import from_python
 
-from slicer.sequence.problem.random_numbers import Draws, draw, random_state
+from slicer.sequence.problem import random_numbers
+from slicer.sequence.problem.random_numbers import Draws, random_state
+
+draw = from_python(random_numbers.draw)
 
 
 def test_no_two_kinds_streams_or_seeds_draw_the_same():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from calling import from_python
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,18 +16,15 @@ from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.random_numbers import Draws
 from slicer.sequence.problem.search import Search
 from slicer.sequence.problem.travel_cost import direct_sum
+from slicer.sequence.tree_search import tree as kernels
 from slicer.sequence.tree_search.rollouts import search_stretches
-from slicer.sequence.tree_search.tree import (
-    NONE,
-    add_child,
-    add_node,
-    backpropagate,
-    is_child,
-    may_widen,
-    select,
-)
+from slicer.sequence.tree_search.tree import NONE
 from tests.fields import random_extension, segment_sets
 
+add_child, add_node, is_child = map(from_python, (kernels.add_child, kernels.add_node, kernels.is_child))
+backpropagate, may_widen, select = map(
+    from_python, (kernels.backpropagate, kernels.may_widen, kernels.select)
+)
 SLOW_UPWARDS = Objective("time", 0.0, (50.0, 50.0, 1.0), (5000.0, 5000.0, 5000.0))
 
 
