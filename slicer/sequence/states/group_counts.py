@@ -22,7 +22,7 @@ RUNS = (1_000_000, 5, 3, 2)
 """So many neighbouring parallel toolpaths make a group, from the coarsest."""
 MOST_STATES = 4_000
 """Finer counts of a column are not tried: numbering them takes longer than they are worth."""
-LARGEST_NUMBER = 2.0**62
+LARGEST_NUMBER = 2**62
 SAME_DIRECTION_DEG = 1e-4
 
 
@@ -110,11 +110,13 @@ def _counted(
     """The states that some walk from nothing to everything passes; None if there are more than ``limit``."""
     n, count = part.n, int(groups.max()) + 1
     size = np.bincount(groups, minlength=count)
-    # The numbers of all groups, as digits of one.
-    worth = np.cumprod([1.0, *(size[:-1] + 1.0)])
-    if worth[-1] * (size[-1] + 1.0) > LARGEST_NUMBER:
+    # The numbers of all groups, as digits of one; in whole numbers, since floats round above 2^53.
+    worth = [1]
+    for members in size.tolist():
+        worth.append(worth[-1] * (members + 1))
+    if worth[-1] > LARGEST_NUMBER:
         return None
-    weight = worth.astype(np.int64)
+    weight = np.array(worth[:-1], np.int64)
     least = np.stack([before[groups == g].sum(axis=0) for g in range(count)])
     most = size[:, None] - np.stack([before[:, groups == g].sum(axis=1) for g in range(count)])
     most[groups, np.arange(n)] -= 1

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.downsets import DownSets
-from slicer.sequence.states.group_counts import never_follows, relaxations
+from slicer.sequence.states.group_counts import _counted, never_follows, relaxations
 from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.section import Section
 
@@ -61,3 +61,14 @@ def test_they_go_from_one_group_to_the_down_sets(segments):
         assert choices[-1].complete
         assert [choice.complete for choice in choices[:-1]] == [False] * (len(choices) - 1)
         assert len(relaxations(part, 0)) >= 1
+
+
+def test_numbers_of_many_groups_are_exact_beyond_what_floats_hold():
+    stack = [[[0.0, y], [1.0, y]] for y in np.arange(72) * 0.1]
+    section = Section.whole(Problem.build(np.array(stack)), Objective())
+    part = section.part(section.column == 0)
+    before = np.triu(np.ones((72, 72), np.bool_), 1)
+    groups = np.arange(72) // 2  # 3^36 numbers, between 2^53 and 2^62
+    sets = _counted(part, before, groups, 4_000)
+    assert sets.counts.tolist() == [73]
+    assert walks_through(sets, list(range(72)), 0)
