@@ -30,7 +30,7 @@ class KernelHook(BuildHookInterface):
             shutil.copytree(
                 Path(self.root, package), folder / package, ignore=shutil.ignore_patterns("__pycache__")
             )
-        self.app.display_info("vslice: compiling kernels for this machine; this takes about a minute")
+        self.app.display_info("vslice: compiling kernels for this machine; this takes one to two minutes")
         # An isolated build has its dependencies on sys.path alone, which a child does not inherit.
         path = os.pathsep.join([str(folder), *(entry for entry in sys.path if entry)])
         environment = {**os.environ, "PYTHONPATH": path}
