@@ -142,7 +142,7 @@ def read_study(
         StudyError: there is none, or what is wrong in it, by its key.
     """
     path = Path(name)
-    if not path.exists() and name in (known := shipped()):
+    if not path.is_file() and name in (known := shipped()):  # a folder of that name holds its results
         text, source = files("studies").joinpath("shipped", f"{name}.toml").read_text("utf-8"), name
     else:
         known = shipped()

@@ -121,3 +121,12 @@ def test_the_shipped_studies_can_be_read():
         assert len(study) == len(list(study.tasks()))
     with pytest.raises(StudyError, match="Shipped studies: greedy-gap"):
         read_study("nothing", SHEETS)
+
+
+def test_a_folder_with_results_hides_no_shipped_study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tilts").mkdir()
+    assert len(read_study("tilts", SHEETS, USUAL, (*FIGURES, "seconds"))) == 300
+    (tmp_path / "tilts").rmdir()
+    (tmp_path / "tilts").write_text('[factors]\nsheet = { count = 1 }\ntiles = "2x2"\n')
+    assert len(read_study("tilts", SHEETS, USUAL, (*FIGURES, "seconds"))) == 1
