@@ -2,7 +2,8 @@
 starts from there.
 
 Orders are known by the hatch lines that they are of. Another nozzle may hinder and cut otherwise; then what
-is kept is followed as far as it can be printed.
+is kept is followed as far as it can be printed. Whoever asks the same again is given the same again: an order
+is not recalled by the search that it came out of.
 """
 
 import hashlib
@@ -32,18 +33,26 @@ def folder() -> Path:
     return Path(platformdirs.user_cache_dir("vslice", appauthor=False)) / "orders"
 
 
+def asked(*what: object) -> str:
+    """What a search was asked for, as a hash of its parts' representations, which hold all there is."""
+    return hashlib.sha256(repr(what).encode()).hexdigest()
+
+
 def recall(
-    hatch_lines: NDArray[np.float64], shaped: Printable
+    hatch_lines: NDArray[np.float64], shaped: Printable, asked: str
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]] | None:
     """The last order of a sheet's hatch lines (m, 2, 2), as its toolpaths can be printed now.
 
     Returns:
-        The order and its directions, (n,) each; None where nothing is kept that can be followed.
+        The order and its directions, (n,) each; None where nothing is kept that can be followed, or it came
+        out of a whole search for the same.
     """
     file = _file(hatch_lines)
     try:
         with np.load(file) as kept:
             toolpath, middle, towards = kept["toolpath"], kept["middle"], kept["towards"]
+            if str(kept["asked"]) == asked:
+                return None
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
@@ -60,7 +69,7 @@ def recall(
     return (oriented >> 1).astype(np.int64), (oriented & 1).astype(np.bool_)
 
 
-def keep(hatch_lines: NDArray[np.float64], shaped: Printable, result: Result) -> None:
+def keep(hatch_lines: NDArray[np.float64], shaped: Printable, result: Result, asked: str) -> None:
     """Keep an order, in place of the one that is kept of the same sheet.
 
     Where nothing can be written, nothing is kept: the cache saves time and holds nothing of value.
@@ -77,6 +86,7 @@ def keep(hatch_lines: NDArray[np.float64], shaped: Printable, result: Result) ->
                     toolpath=shaped.toolpath[result.order],
                     middle=segments.mean(axis=1),
                     towards=towards,
+                    asked="" if result.stopped else asked,
                 )
                 beside.close()
                 os.replace(beside.name, file)

@@ -304,7 +304,8 @@ def ordered(
     )
     join = counted_join_mm(join_mm(profile, spacing), shaped.ends)
     objective = objective_of(profile, objective_name(search.objective), join)
-    recalled = last_order.recall(lines.segments, shaped) if search.recall else None
+    asked = last_order.asked(shaped.problem.body, profile.nozzle, objective, search, __version__)
+    recalled = last_order.recall(lines.segments, shaped, asked) if search.recall else None
     result = sequence.solve(
         shaped.problem,
         initial=recalled,
@@ -317,7 +318,7 @@ def ordered(
         progress=progress,
     )
     if search.recall:
-        last_order.keep(lines.segments, shaped, result)
+        last_order.keep(lines.segments, shaped, result, asked)
     return Ordered(shaped, objective, result, recalled is not None)
 
 

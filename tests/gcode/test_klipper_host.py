@@ -31,6 +31,8 @@ def printer_cfg(profile):
     machine, motion, material = profile.machine, profile.motion, profile.material
     high = np.add(machine.build_corner_mm, machine.build_volume_mm)
     text = f"""
+[force_move]
+enable_force_move: True
 [mcu]
 serial: /none
 [printer]
@@ -87,7 +89,13 @@ def _heater(pin):
     )
 
 
+# How far the host homes before it finds that nobody presses a switch depends on the clock of the wall.
+HOMED = {"G28": "SET_KINEMATIC_POSITION X=0 Y=0 Z=0"}
+
+
 def klipper(lines, profile):
+    """What Klipper's host makes of lines, from a machine that is at home already."""
+    lines = [HOMED.get(line, line) for line in lines]
     done = subprocess.run(
         [PYTHON, str(PEER), printer_cfg(profile)],
         input="\n".join(lines) + "\n",

@@ -55,7 +55,9 @@ def search_by_surrogates(
             method(inner)
         finally:  # what it has found before Ctrl-C came
             search.absorb(inner.outcome())
-        for goal in SKYLINE_GOALS if refined and search.pays(REFINE_S * search.problem.n) else ():
+        # A proof needs a good sequence, whatever that takes.
+        pays = carrying is not None or search.pays(REFINE_S * search.problem.n)
+        for goal in SKYLINE_GOALS if refined and pays else ():
             for better in _refined(search.surrogate(goal), inner.oriented, windows=windows):
                 search.offer(better)
                 search.report("true travels")
