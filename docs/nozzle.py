@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gcode.nozzle_body import depths, parts_of
 from gcode.preview import picture
 from profiles.nozzles import nozzle_called
-from profiles.profile import Nozzle
+from profiles.sections import Nozzle
 from slicer.cycles import in_cycles
 from slicer.nozzle import NozzleBody
 from slicer.precedence import hindering_edges

@@ -8,7 +8,7 @@ from gcode.bead import feed_area_mm2
 from gcode.moves import Kind
 from gcode.program import Program
 from profiles import Profile
-from profiles.profile import Material
+from profiles.sections import Material
 
 FILLED = (0.5, 1.25)
 """How much of the room that spacing and width leave them beads may fill."""

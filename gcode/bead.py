@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from profiles.profile import Material, Nozzle
+from profiles.sections import Material, Nozzle
 
 HEIGHT = "HEIGHT:"
 

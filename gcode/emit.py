@@ -11,7 +11,7 @@ from gcode import carried
 from gcode.bead import feed_area_mm2
 from gcode.moves import Kind
 from gcode.program import Program
-from gcode.written import seconds_as_read, written
+from gcode.written import written
 from profiles import Profile
 
 THUMBNAIL_LINE = 78
@@ -92,7 +92,7 @@ def _body(program: Program, profile: Profile) -> Iterator[str]:
     if not profile.gcode.progress_m73 or program.seconds <= 0:
         yield from (line for _, line in lines)
         return
-    passed = np.concatenate(([0.0], np.cumsum(seconds_as_read(program.moves, profile)))).tolist()
+    passed = np.concatenate(([0.0], np.cumsum(program.move_seconds))).tolist()
     percent = -1
     for k, line in lines:
         done = int(100 * passed[k] / program.seconds)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gcode.bead import bead_height_mm, said_height_mm
 from gcode.errors import GcodeError
 from gcode.moves import Kind, Move
-from profiles.profile import Material
+from profiles.sections import Material
 
 if TYPE_CHECKING:  # matplotlib
     from gcode.preview import Drawing

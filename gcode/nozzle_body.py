@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from profiles.profile import Nozzle
+from profiles.sections import Nozzle
 
 FloatArray = NDArray[np.float64]
 

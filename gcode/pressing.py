@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gcode.nozzle_body import Faces, FloatArray, depths, most, parts_of
 from gcode.strokes import Stroke, goes_on
 from gcode.violation import Violation
-from profiles.profile import Nozzle
+from profiles.sections import Nozzle
 
 GROUP = 64
 """Moves that are looked at together: neighbours in the program are mostly neighbours on the sheet."""

@@ -39,6 +39,7 @@ class Program:
         feed_mm: feed that ends up in the print.
         primed_mm: feed of the line that fills the nozzle.
         material_ul: volume of the print in microlitres.
+        move_seconds: float64, the estimated seconds of each move, see ``seconds_as_read``.
         times: where the estimated duration goes.
         profile: the machine that it is for.
     """
@@ -49,6 +50,7 @@ class Program:
     feed_mm: float
     primed_mm: float
     material_ul: float
+    move_seconds: NDArray[np.float64]
     times: Times
     profile: Profile
 
@@ -101,6 +103,7 @@ def lay_out(
     length = np.hypot(*(plan.toolpaths[:, 1] - plan.toolpaths[:, 0]).T)
     joins = _join_mm(plan)
     moves = list(_Writer(profile, shift, body).moves(plan, rate * length, rate * joins, height, primed))
+    seconds = seconds_as_read(moves, profile)
     return Program(
         moves=moves,
         height_mm=height,
@@ -108,7 +111,8 @@ def lay_out(
         feed_mm=float((rate * (length + joins)).sum()),
         primed_mm=primed,
         material_ul=float((bead_area_mm2(material, height) * (length + joins)).sum()) * material.flow,
-        times=times_of(moves, seconds_as_read(moves, profile)),
+        move_seconds=seconds,
+        times=times_of(moves, seconds),
         profile=profile,
     )
 

@@ -17,7 +17,7 @@ class KnownNozzle(NamedTuple):
         what: in words.
         bore_mm: inner diameter at the tip.
         tip_width_mm, cone_deg, cone_mm, length_mm, barrel_width_mm, shoulder_width_mm: see
-            ``profiles.profile.Nozzle``.
+            ``profiles.sections.Nozzle``.
         source: where the dimensions stand.
         unverified: what of them no maker's sheet was found for; empty where all is known.
     """

@@ -1,6 +1,6 @@
 """What the documents say of themselves: their links, and the numbers of docs/how-it-works.md."""
 
-import importlib.util
+import importlib
 import re
 from pathlib import Path
 
@@ -15,10 +15,10 @@ SCRIPT = ROOT / "docs" / "how_it_works.py"
 
 @pytest.fixture(scope="module")
 def script():
-    spec = importlib.util.spec_from_file_location("how_it_works", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    """The module that states the numbers, with those beside it, as where it is run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(SCRIPT.parent)
+        return importlib.import_module(SCRIPT.stem)
 
 
 def prose(file):

@@ -22,9 +22,10 @@ from slicer import grid as grids
 from slicer.grid import Grid
 from vslice import output
 from vslice.options import with_nozzle
-from vslice.pipeline import Search, Sliced
+from vslice.pipeline import Search
 from vslice.pipeline import slice_grid as _slice
 from vslice.printable import Conflicts
+from vslice.sliced import Sliced
 
 __all__ = [
     "Grid",

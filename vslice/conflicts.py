@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gcode import preview
 from gcode.nozzle_body import depths, parts_of
 from profiles import Profile
-from profiles.profile import Nozzle
+from profiles.sections import Nozzle
 from slicer.cycles import components
 from slicer.grid import Grid
 from slicer.hatch import Hatch

@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # they import all that is heavy
     from printer import Report
     from printer.dry_run import DryRun
     from vslice.orienting import Sheet
-    from vslice.pipeline import Sliced
+    from vslice.sliced import Sliced
 
 
 class Figures(BaseModel):

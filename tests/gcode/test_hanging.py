@@ -9,7 +9,7 @@ from gcode.errors import GcodeError
 from gcode.hanging import heights_mm, with_hanging
 from gcode.moves import Kind
 from gcode.preview import Drawing, draw_sequence
-from profiles.profile import Material
+from profiles.sections import Material
 from slicer.support import hanging
 
 SHEET = make_grid([[10, -40], [-25, 60]])

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gcode.nozzle_body import depths, most, parts_of
-from profiles.profile import Nozzle
+from profiles.sections import Nozzle
 
 BODIES = {
     "blunt": Nozzle(tip_width_mm=0.8),

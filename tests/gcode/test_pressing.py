@@ -12,7 +12,7 @@ from gcode.check import check
 from gcode.nozzle_body import depths, parts_of
 from gcode.pressing import check_nozzle, presses
 from gcode.strokes import Stroke
-from profiles.profile import Nozzle
+from profiles.sections import Nozzle
 from slicer import hatch, sequence, travel
 from slicer.errors import CycleError
 from slicer.generate import random_walk

@@ -8,7 +8,7 @@ import pytest
 
 import profiles
 from gcode.nozzle_body import depths, parts_of
-from profiles.profile import Nozzle
+from profiles.sections import Nozzle
 from slicer.nozzle import press_depths
 from vslice.nozzle import body_of
 

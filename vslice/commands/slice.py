@@ -44,8 +44,8 @@ from vslice.terminal.session import (
 if TYPE_CHECKING:  # it imports all that is heavy
     from slicer.grid import Grid
     from slicer.sequence import Result
-    from vslice.pipeline import Sliced
     from vslice.printable import Conflicts
+    from vslice.sliced import Sliced
 
 
 @click.command(
