@@ -112,6 +112,8 @@ if __name__ == "__main__":
     for workers in (1, 2):
         solve(part, method="aco", effort="quick", workers=workers)
     solve(problem, method="aco", effort="quick", time_limit_s=0.1)
+    # The very call that is interrupted, with a sequence to begin with and tours to be merged in the end.
+    solve(problem, method="aco", effort="high", workers=2, initial=start, time_limit_s=3.0)
     for delay in map(float, sys.argv[2:]):
         given = start if delay < 1 else None
         timer = threading.Timer(delay, os.killpg, (0, signal.SIGINT))
