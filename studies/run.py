@@ -17,7 +17,7 @@ from itertools import islice
 from typing import Any
 
 import dask
-from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, Nanny
+from distributed import CancelledError, Client, Event, Future, KilledWorker, LocalCluster, Nanny
 
 from studies.design import Study, key_of
 from studies.errors import StudyError
@@ -28,7 +28,9 @@ PARCEL_S, MOST_IN_PARCEL = 1.0, 1000
 PARCELS_A_WORKER = 2
 PARCELS_A_SECOND = 100
 TRIES = 2
-"""How often a task may take its worker with it before it counts as failed."""
+"""How often a task that is looked at may take its worker with it before it counts as failed."""
+MOST_BYSTANDING = 20
+"""How often a task may lose its worker before it began: then it is what cannot be begun."""
 SILENCE_S = 60.0
 """For so long may a scheduler be out of reach."""
 READY_S = 1.0
@@ -177,6 +179,8 @@ class _Runner:
         self._away: dict[str, tuple[Future, Parcel]] = {}
         self._again: deque[Parcel] = deque()
         self._tries: dict[str, int] = {}
+        """How often each suspect took its worker with it; only these say when they begin."""
+        self._stood_by: dict[str, int] = {}
         self._size, self._heard, self._spoke, self._sent = 1, time.monotonic(), 0.0, 0
         self._counted = -math.inf
 
@@ -210,14 +214,19 @@ class _Runner:
             if not parcel:
                 return
             self._sent += 1
-            future = self._client.submit(
-                work, self._call, parcel, pure=False, key=f"{parcel[0][1]}-{self._sent}", retries=0
-            )
+            name = f"{parcel[0][1]}-{self._sent}"
+            begun = name if parcel[0][1] in self._tries else None
+            future = self._client.submit(work, self._call, parcel, begun, pure=False, key=name, retries=0)
             self._away[future.key] = future, parcel
             future.add_done_callback(self._back.put)
 
     def _take(self, future: Future, parcel: Parcel) -> None:
-        """Keep the rows of a parcel; where its worker died, try its tasks one by one."""
+        """Keep the rows of a parcel; where its worker died, try its tasks one by one.
+
+        Dask blames all that a dead worker had, also what still waited there; so whoever is tried again says
+        when it begins, and only what had begun took its worker with it.
+        """
+        begun = self._begun(future, parcel)
         if future.status == "finished":
             try:
                 rows = future.result()
@@ -233,17 +242,35 @@ class _Runner:
         if future.status in ("cancelled", "lost"):
             raise StudyError(GONE)
         error = future.exception()
-        if len(parcel) > 1:
+        if parcel[0][1] not in self._tries:
+            self._tries |= dict.fromkeys((key for _, key, _ in parcel), 0)
             self._again.extend([task] for task in parcel)
             return
         ((index, key, task),) = parcel
-        self._tries[key] = self._tries.get(key, 0) + 1
-        if self._tries[key] < TRIES:
+        counted = self._tries if begun else self._stood_by
+        counted[key] = counted.get(key, 0) + 1
+        if self._tries[key] < TRIES and self._stood_by.get(key, 0) < MOST_BYSTANDING:
             self._again.append(parcel)
             return
         row = {"index": index, "key": key, **task, "error": f"{type(error).__name__}: {error}"[:500]}
         self._standing.done += self._store.append([row])
         self._standing.failed += 1
+
+    def _begun(self, future: Future, parcel: Parcel) -> bool:
+        """Whether a suspect had begun; the scheduler then forgets it.
+
+        Raises:
+            StudyError: the scheduler is gone.
+        """
+        if parcel[0][1] not in self._tries:
+            return False
+        event = Event(future.key, client=self._client)
+        try:
+            begun = bool(event.is_set())
+            event.clear()
+        except (OSError, CancelledError):
+            raise StudyError(GONE) from None
+        return begun
 
     def _count_workers(self) -> None:
         """Ask how many workers there are, twice a second at most: it is a way to the scheduler and back."""

@@ -16,13 +16,20 @@ MOST_ERROR = 500
 _warm: set[str] = set()
 
 
-def work(call: str, tasks: Sequence[tuple[int, str, dict[str, Any]]]) -> list[dict[str, Any]]:
+def work(
+    call: str, tasks: Sequence[tuple[int, str, dict[str, Any]]], begun: str | None = None
+) -> list[dict[str, Any]]:
     """Rows of some tasks.
 
     Args:
         call: "module:function", which is given the task and returns its figures.
         tasks: index, key and values of each.
+        begun: name of the Dask event that says, before anything else is done, that this was begun.
     """
+    if begun is not None:
+        from distributed import Event
+
+        Event(begun).set()
     function = ready(call)
     rows = []
     for index, key, task in tasks:

@@ -33,4 +33,6 @@ def square(task):
         time.sleep(0.02)
     if task.get("kind") == "three kills" and x == 3:
         os.kill(os.getpid(), signal.SIGKILL)
+    if task.get("kind") == "odd ones kill" and x % 2:
+        os.kill(os.getpid(), signal.SIGKILL)
     return {"square": x * x, "half": x / 2, "word": f"x{x}"}

@@ -82,6 +82,13 @@ def test_a_task_that_kills_its_worker_every_time_fails_alone(tmp_path):
     assert [error for k, error in enumerate(errors) if k != 3] == [None] * 7
 
 
+def test_what_waits_behind_tasks_that_kill_their_worker_is_not_blamed(tmp_path):
+    asked = study(10, kind="odd ones kill")
+    with local_cluster(1, 1000) as client, Store(tmp_path, asked, FIGURES, "1") as store:
+        run(asked, CALL, store, client)
+    assert [error is None for error in load(tmp_path)["error"].to_pylist()] == [True, False] * 5
+
+
 CLIENT = """
     import sys
     from pathlib import Path
