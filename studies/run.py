@@ -5,24 +5,23 @@ about ``PARCEL_S``, of more where there are many workers: what Dask takes for ea
 small beside them, and the scheduler has no more than ``PARCELS_A_SECOND`` to serve.
 """
 
-import logging
 import math
 import queue
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
-import dask
-from distributed import CancelledError, Client, Event, Future, KilledWorker, LocalCluster, Nanny
+from distributed import CancelledError, Client, Event, Future, KilledWorker
 
+from studies.cluster import GONE, check_workers
 from studies.design import Study, key_of
 from studies.errors import StudyError
 from studies.store import Store
-from studies.work import ready, work
+from studies.work import work
 
 PARCEL_S, MOST_IN_PARCEL = 1.0, 1000
 PARCELS_A_WORKER = 2
@@ -33,12 +32,12 @@ MOST_BYSTANDING = 20
 """How often a task may lose its worker before it began: then it is what cannot be begun."""
 SILENCE_S = 60.0
 """For so long may a scheduler be out of reach."""
-READY_S = 1.0
-"""How often it is asked whether a worker that gets ready is still there."""
 
-GONE = "the scheduler is gone; what has come back is kept. Run the same command again to go on."
+MOST_AT_ONCE = 100
+"""How many parcels are fetched together: what is fetched is not kept yet."""
 
 Parcel = list[tuple[int, str, dict[str, Any]]]
+Row = dict[str, Any]
 
 
 @dataclass
@@ -50,49 +49,6 @@ class Standing:
     failed: int
     total: int
     workers: int = 0
-
-
-@contextmanager
-def local_cluster(workers: int, memory_mb: int) -> Iterator[Client]:
-    """A cluster of this process, one thread a worker, reached from this machine alone.
-
-    Args:
-        memory_mb: that each worker may take; above it Dask restarts the worker.
-    """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with (
-        # A task that took its worker with it is this module's affair, and costs a new process each time.
-        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            worker_class=Nanny,
-            memory_limit=f"{memory_mb}MiB",
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
-
-
-@contextmanager
-def elsewhere(address: str) -> Iterator[Client]:
-    """The client of a scheduler that runs.
-
-    Raises:
-        StudyError: nobody answers there, or it has no worker.
-    """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    try:
-        client = Client(address, timeout=10)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise StudyError(f"{address}: no scheduler answers: {error}.") from None
-    with client:
-        if not client.scheduler_info(n_workers=-1)["workers"]:
-            raise StudyError(f"{address}: this scheduler has no workers; start some, then run this again.")
-        yield client
 
 
 def run(
@@ -107,7 +63,7 @@ def run(
     Raises:
         StudyError: the scheduler is gone; what was kept until then is kept.
     """
-    _check_workers(call, client)
+    check_workers(call, client)
     done = len(store.finished) + len(store.failed)
     standing = Standing(done, done, len(store.failed), len(study))
     left = (
@@ -117,49 +73,6 @@ def run(
     )
     _Runner(call, store, client, standing, told).run(left)
     return standing
-
-
-def _check_workers(call: str, client: Client) -> None:
-    """See that every worker has the function, and let it get ready.
-
-    Raises:
-        StudyError: one has not.
-    """
-    asked = {
-        worker: client.submit(ready, call, workers=[worker], pure=False, allow_other_workers=False)
-        for worker in client.nthreads()
-    }
-    for worker, future in asked.items():
-        if (error := _answer(worker, future, client)) is not None:
-            raise StudyError(
-                f"{worker}: this worker cannot run {call}: {type(error).__name__}: {error}. Install the same "
-                "version of the software there as here."
-            )
-
-
-def _answer(worker: str, future: Future, client: Client) -> BaseException | None:
-    """What went wrong there; nothing where the worker has gone meanwhile: its place is another's.
-
-    Raises:
-        StudyError: the scheduler is gone.
-    """
-    while True:
-        try:
-            error: BaseException | None = future.exception(timeout=READY_S)
-        except TimeoutError:
-            error = None
-        except (OSError, CancelledError):
-            raise StudyError(GONE) from None
-        if future.status in ("cancelled", "lost"):
-            raise StudyError(GONE)
-        if future.done():
-            return None if isinstance(error, KilledWorker) else error
-        try:
-            there = client.nthreads()
-        except OSError:
-            raise StudyError(GONE) from None
-        if worker not in there:
-            return None
 
 
 class _Runner:
@@ -188,16 +101,16 @@ class _Runner:
         try:
             self._send(left)
             while self._away:
-                try:
-                    future = self._back.get(timeout=1.0)
-                except queue.Empty:
+                back = self._come_back()
+                if not back:
                     self._check_scheduler()
                     self._tell()
                     continue
                 self._heard = time.monotonic()
-                _, parcel = self._away.pop(future.key)
-                self._take(future, parcel)
-                future.release()
+                for future, rows in zip(back, self._gather(back), strict=True):
+                    _, parcel = self._away.pop(future.key)
+                    self._take(future, parcel, rows)
+                    future.release()
                 self._send(left)
                 self._tell()
         finally:
@@ -220,23 +133,56 @@ class _Runner:
             self._away[future.key] = future, parcel
             future.add_done_callback(self._back.put)
 
-    def _take(self, future: Future, parcel: Parcel) -> None:
+    def _come_back(self) -> list[Future]:
+        """All that are back; none after a second without any."""
+        back: list[Future] = []
+        try:
+            back.append(self._back.get(timeout=1.0))
+            while len(back) < MOST_AT_ONCE:
+                back.append(self._back.get_nowait())
+        except queue.Empty:
+            pass
+        return back
+
+    def _gather(self, back: list[Future]) -> list[list[Row] | None]:
+        """Rows of each parcel, fetched together: a way to the scheduler and to a worker takes milliseconds.
+
+        None stands for those of a worker that died, with the parcel or after it.
+
+        Raises:
+            StudyError: the scheduler is gone.
+        """
+        finished = [future for future in back if future.status == "finished"]
+        try:
+            rows = dict(zip(finished, self._client.gather(finished), strict=True))
+        except KilledWorker:
+            rows = {future: self._result(future) for future in finished}
+        except (OSError, CancelledError):  # they lie with workers that are gone with the scheduler
+            raise StudyError(GONE) from None
+        return [rows.get(future) for future in back]
+
+    def _result(self, future: Future) -> list[Row] | None:
+        try:
+            rows: list[Row] = future.result()
+        except KilledWorker:
+            return None
+        except (OSError, CancelledError):
+            raise StudyError(GONE) from None
+        return rows
+
+    def _take(self, future: Future, parcel: Parcel, rows: list[Row] | None) -> None:
         """Keep the rows of a parcel; where its worker died, try its tasks one by one.
 
         Dask blames all that a dead worker had, also what still waited there; so whoever is tried again says
         when it begins, and only what had begun took its worker with it.
         """
         begun = self._begun(future, parcel)
-        if future.status == "finished":
-            try:
-                rows = future.result()
-            except OSError:  # they lie with a worker that is gone with the scheduler
-                raise StudyError(GONE) from None
+        if rows is not None:
             self._standing.done += self._store.append(rows)
             self._standing.failed += sum(row["error"] is not None for row in rows)
             mean = sum(row["seconds"] for row in rows) / len(rows)
             wanted_s = max(PARCEL_S, self._standing.workers / PARCELS_A_SECOND)
-            fit = int(min(wanted_s / max(mean, 1e-6), MOST_IN_PARCEL))
+            fit = math.ceil(min(wanted_s / max(mean, 1e-6), MOST_IN_PARCEL))
             self._size = max(1, min(fit, 4 * self._size))
             return
         if future.status in ("cancelled", "lost"):

@@ -12,7 +12,8 @@ from study_functions import FIGURES, LAST
 from study_processes import Served, children, ended
 
 from studies import Factor, Study, StudyError
-from studies.run import elsewhere, run
+from studies.cluster import elsewhere
+from studies.run import run
 from studies.store import Store, load
 
 CALL = "study_functions:square"
@@ -26,7 +27,8 @@ CLIENT = """
     from pathlib import Path
     from test_interrupted import CALL, FIGURES, study
     from studies import StudyError, store
-    from studies.run import elsewhere, run
+    from studies.cluster import elsewhere
+    from studies.run import run
     store.ROWS_A_PART = 25  # so that kills fall into the writing of parts as well
     folder, address, marks = sys.argv[1:]
     with store.Store(Path(folder), study(marks), FIGURES, "1") as kept:

@@ -10,7 +10,8 @@ from study_functions import FIGURES
 from study_processes import Served, children
 
 from studies import Factor, Study, StudyError
-from studies.run import elsewhere, local_cluster, run
+from studies.cluster import elsewhere, local_cluster
+from studies.run import run
 from studies.store import Store, load
 
 CALL = "study_functions:square"
@@ -94,7 +95,8 @@ CLIENT = """
     from pathlib import Path
     from study_functions import FIGURES
     from studies import Factor, Study
-    from studies.run import local_cluster, run
+    from studies.cluster import local_cluster
+    from studies.run import run
     from studies.store import Store
     if __name__ == "__main__":
         asked = Study("squares", (Factor("x", tuple(range(150))), Factor("kind", ("a",)), Factor("folder", ("",))))

@@ -85,7 +85,8 @@ def run_command(
         return
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; name a folder with -o.")
-    from studies.run import elsewhere, local_cluster, run
+    from studies.cluster import elsewhere, local_cluster
+    from studies.run import run
     from studies.store import Store
 
     with Store(folder, study, FIGURES, __version__) as store:
