@@ -59,6 +59,16 @@ def elsewhere(address: str) -> Iterator[Client]:
         yield client
 
 
+def replace_lost(client: Client, workers: int) -> None:
+    """See that a cluster of this process has so many workers again; elsewhere somebody else does.
+
+    A process that watches a worker gives up where that dies while it starts. Dask forgets both after its
+    ``lost-worker-timeout``, and opens new ones when it is asked.
+    """
+    if isinstance(client.cluster, LocalCluster):
+        client.cluster.scale(workers)
+
+
 def check_workers(call: str, client: Client) -> None:
     """See that every worker has the function, and let it get ready.
 

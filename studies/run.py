@@ -17,7 +17,7 @@ from typing import Any
 
 from distributed import CancelledError, Client, Event, Future, KilledWorker
 
-from studies.cluster import GONE, check_workers
+from studies.cluster import GONE, check_workers, replace_lost
 from studies.design import Study, key_of
 from studies.errors import StudyError
 from studies.store import Store
@@ -95,7 +95,7 @@ class _Runner:
         """How often each suspect took its worker with it; only these say when they begin."""
         self._stood_by: dict[str, int] = {}
         self._size, self._heard, self._spoke, self._sent = 1, time.monotonic(), 0.0, 0
-        self._counted = -math.inf
+        self._counted, self._most = -math.inf, 0
 
     def run(self, left: Iterator[tuple[int, str, dict[str, Any]]]) -> None:
         try:
@@ -227,6 +227,9 @@ class _Runner:
         except OSError:
             raise StudyError(GONE) from None
         self._counted = time.monotonic()
+        if self._standing.workers < self._most:
+            replace_lost(self._client, self._most)
+        self._most = max(self._most, self._standing.workers)
 
     def _check_scheduler(self) -> None:
         if self._client.status == "running":

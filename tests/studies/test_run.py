@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 
+import dask
 import pytest
 from study_functions import FIGURES
 from study_processes import Served, children
@@ -81,6 +82,21 @@ def test_a_task_that_kills_its_worker_every_time_fails_alone(tmp_path):
     errors = load(tmp_path)["error"].to_pylist()
     assert "Killed" in errors[3]
     assert [error for k, error in enumerate(errors) if k != 3] == [None] * 7
+
+
+def test_a_worker_that_nobody_starts_again_is_replaced(tmp_path):
+    """Dask's nanny does not where its worker dies while it starts."""
+    asked = study(150)
+    with (
+        dask.config.set({"distributed.deploy.lost-worker-timeout": "1s"}),
+        local_cluster(1, 1000) as client,
+        Store(tmp_path, asked, FIGURES, "1") as store,
+    ):
+        nanny = client.cluster.workers[0]
+        threading.Timer(0.5, client.cluster.sync, (nanny.close,)).start()
+        standing = run(asked, CALL, store, client)
+    assert nanny.status.name == "closed"
+    assert (standing.done, standing.failed) == (150, 0)
 
 
 def test_what_waits_behind_tasks_that_kill_their_worker_is_not_blamed(tmp_path):
