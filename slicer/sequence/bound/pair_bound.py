@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.bound.detours import measure_detours, still_there
 from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, Ascent, ascend
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
@@ -105,6 +106,12 @@ class PairBound:
         """No sequence of the section's down-sets costs less; minus infinity before the first step."""
         return float(self.memory[2])
 
+    def see_walls(self) -> None:
+        """Price travels inside blocks as they are made over what is printed, where that can be known."""
+        if self.section.routed and not (self.sets.corridor == COUNTED).any():
+            start, detour = measure_detours(self.section, self.sets, self.blocks, self.block_costs, self.sky)
+            self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
+
     def improve(self, target: float, iterations: int) -> bool:
         """Raise the bound towards ``target``, a cost that some sequence has; True when it cannot rise."""
         return ascend(
@@ -151,7 +158,9 @@ class PairBound:
             states = slice(self.blocks.state_start[k], self.blocks.state_start[k + 1])
             mask.flat[self.blocks.dense[states][keep[states]]] = True
             among.append(mask)
-        self.blocks = connect(self.section, self.sets, self.blocks.bounds, among)
+        before, self.blocks = self.blocks, connect(self.section, self.sets, self.blocks.bounds, among)
+        start, detour = still_there(before, self.block_costs, self.blocks)
+        self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
         self.ends = _ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
 

@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, kernel
+from slicer.kernels import bare_kernel, inner_kernel, kernel
 from slicer.sequence.problem import CostModel, least_cost_per_mm, least_travel_cost
-from slicer.sequence.states import Blocks, Section
+from slicer.sequence.states import OUTSIDE, Blocks, Section
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
 START_SHARE = 0.46
@@ -48,6 +48,9 @@ class BlockCosts(NamedTuple):
         cross: float64 (b,), for passing over a block without touching it.
         pair_start: int64 (c + 1,); the multipliers of travels inside column c are a square matrix
             [from, to] from pair_start[c] on, empty where the column is no seam.
+        detour_start: int64 (s + 1,), the detours of each state, none where travels are priced as direct.
+        detour: float32, what a travel of a block costs beyond ``direct`` at a state, because of what is printed
+            there: see ``detours``.
         visits: the first multiplier of a visit, one for each of a block's toolpaths; ``size`` where none are.
         size: how many multipliers there are.
     """
@@ -59,6 +62,8 @@ class BlockCosts(NamedTuple):
     price_sign: NDArray[np.float64]
     cross: NDArray[np.float64]
     pair_start: NDArray[np.int64]
+    detour_start: NDArray[np.int64]
+    detour: NDArray[np.float32]
     visits: int
     size: int
 
@@ -115,9 +120,32 @@ def block_costs(
     multipliers = np.concatenate([np.zeros(pair_start[-1]), prices, np.zeros(len(blocks.path) * visits)])
     first_visit = int(pair_start[-1]) + len(prices)
     out = BlockCosts(
-        arc_start, direct, ways, price_at, price_sign, cross, pair_start, first_visit, len(multipliers)
+        arc_start,
+        direct,
+        ways,
+        price_at,
+        price_sign,
+        cross,
+        pair_start,
+        *no_detours(blocks),
+        first_visit,
+        len(multipliers),
     )
     return out, multipliers
+
+
+def no_detours(blocks: Blocks) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """``detour_start`` and ``detour`` of direct travels."""
+    return np.zeros(len(blocks.dense) + 1, np.int64), np.empty(0, np.float32)
+
+
+@inner_kernel
+def detour_row(blocks: Blocks, block_costs: BlockCosts, s: int, x: int) -> int:
+    """Where the detours from value x of state s begin, a pair for each step of the state; -1 for none."""
+    if len(block_costs.detour) == 0:
+        return -1
+    steps = blocks.move_start[s + 1] - blocks.move_start[s]
+    return int(block_costs.detour_start[s] + 2 * steps * (x - blocks.value_start[s] - OUTSIDE))
 
 
 @kernel

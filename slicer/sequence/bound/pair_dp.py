@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
+from slicer.sequence.bound.pair_costs import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    BlockCosts,
+    detour_row,
+)
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
 
@@ -50,6 +57,7 @@ def evaluate(
     for s in range(len(blocks.dense)):
         most = max(most, 2 * (blocks.move_start[s + 1] - blocks.move_start[s]))
     onward = np.empty(most, np.int64)
+    turn = np.empty(most, np.int64)
     rest = np.empty(most)
     allowed, barred = blocks.allowed, False
     for u in range(len(allowed)):
@@ -69,6 +77,7 @@ def evaluate(
                     if w == np.inf:
                         continue
                     onward[count], rest[count] = v, w
+                    turn[count] = 2 * (m - blocks.move_start[s]) + f
                     count += 1
                     from_left = min(from_left, ways[ENTER_LEFT, low + v] + w)
                     from_right = min(from_right, ways[ENTER_RIGHT, low + v] + w)
@@ -82,8 +91,14 @@ def evaluate(
                     continue
                 best = min(value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u])
                 row = block_costs.arc_start[k] + u * stride
-                for t in range(count):
-                    best = min(best, arc[row + onward[t]] + rest[t])
+                detours = detour_row(blocks, block_costs, s, x)
+                if detours < 0:
+                    for t in range(count):
+                        best = min(best, arc[row + onward[t]] + rest[t])
+                else:
+                    for t in range(count):
+                        extra = block_costs.detour[detours + turn[t]]
+                        best = min(best, arc[row + onward[t]] + extra + rest[t])
                 value[x] = best
 
 

@@ -4,7 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
-from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
+from slicer.sequence.bound.pair_costs import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    BlockCosts,
+    detour_row,
+)
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.bound.visits import count_visit, count_visits_at_ends
 from slicer.sequence.states import NONE, Blocks
@@ -77,11 +84,15 @@ def _next(
     stride = 2 * blocks.path_start[k + 1] - low
     u, side = blocks.value_path[x], x - blocks.value_start[s]
     best, move, flip, entry = np.inf, blocks.move_start[s], 0, ENTER_LEFT
+    detours = detour_row(blocks, block_costs, s, x) if u != NONE else -1
     for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
         for f in range(2):
             v, w = 2 * blocks.move_path[m] + f, value[blocks.move_value[m] + f]
             if u != NONE:
-                cost = arc[block_costs.arc_start[k] + u * stride + v] + w
+                cost = arc[block_costs.arc_start[k] + u * stride + v]
+                if detours >= 0:
+                    cost += block_costs.detour[detours + 2 * (m - blocks.move_start[s]) + f]
+                cost += w
                 if cost < best:
                     best, move, flip = cost, m, f
                 continue

@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, BlockCosts
+from slicer.sequence.bound.pair_costs import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    BlockCosts,
+    detour_row,
+)
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import OUTSIDE, Blocks
 
@@ -64,6 +71,9 @@ def bound_through_states(
                     best = min(from_left + ways[ENTER_LEFT, low + v], from_right + ways[ENTER_RIGHT, low + v])
                     for x in range(at + OUTSIDE, end):
                         cost = arc[block_costs.arc_start[k] + blocks.value_path[x] * stride + v]
+                        detours = detour_row(blocks, block_costs, s, x)
+                        if detours >= 0:
+                            cost += block_costs.detour[detours + 2 * (m - blocks.move_start[s]) + f]
                         best = min(best, reached[x] + cost)
                     reached[to] = min(reached[to], best)
             for x in range(at, end):

@@ -23,7 +23,9 @@ def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, boo
         search.offer(window_search(search, search.oriented))
         search.report("windows")
         return None
-    return PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed), corridor.complete
+    bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
+    bound.see_walls()
+    return bound, corridor.complete
 
 
 def search_below(

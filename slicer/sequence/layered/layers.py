@@ -24,9 +24,8 @@ from slicer.sequence.layered.node_pool import (
     keep_best,
     rebuild_table,
 )
-from slicer.sequence.layered.routed_travel import routed_cost
 from slicer.sequence.problem import CostModel, direct_cost, scrambled
-from slicer.sequence.states import NONE, OUTSIDE, Blocks, Needs, Skylines, needs_printed
+from slicer.sequence.states import NONE, OUTSIDE, Blocks, Needs, Skylines, needs_printed, routed_cost
 
 
 class Sheet(NamedTuple):

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layered_search import RELATIVE_EPS, search_layers
-from slicer.sequence.layered.routed_travel import section_cost
 from slicer.sequence.layered.work_budget import ARCS_PER_NODE, WorkBudget
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Ground, Section, cover, down_sets, extents, join_tied_columns
+from slicer.sequence.states import Ground, Section, cover, down_sets, extents, join_tied_columns, section_cost
 
 FIRST_LENGTH = 50
 GROWTH = 1.4

@@ -19,6 +19,7 @@ from slicer.sequence.states.joint_states import (
     out_of_reach,
 )
 from slicer.sequence.states.relaxed_columns import relaxed_sets
+from slicer.sequence.states.routed_travel import routed_cost, section_cost
 from slicer.sequence.states.section import NONE, Section, extents
 from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
 
@@ -47,6 +48,8 @@ __all__ = [
     "never_follows",
     "out_of_reach",
     "relaxed_sets",
+    "routed_cost",
+    "section_cost",
     "sets_of_states",
     "skylines",
     "widest_joined_corridor",

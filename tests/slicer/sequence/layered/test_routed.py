@@ -17,12 +17,12 @@ from slicer.sequence import Problem
 from slicer.sequence.construct.hill_climbing import greedy
 from slicer.sequence.layered.beam_search import beam
 from slicer.sequence.layered.exact_search import exact
-from slicer.sequence.layered.routed_travel import section_cost
 from slicer.sequence.layered.windows import window_search
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.search import Search
 from slicer.sequence.problem.sequence_cost import true_cost
 from slicer.sequence.problem.travel_cost import leg_cost
+from slicer.sequence.states import section_cost
 from slicer.sequence.states.column_skylines import skylines
 from slicer.sequence.states.downsets import any_order, down_sets
 from slicer.sequence.states.ground import Ground

@@ -7,7 +7,9 @@ from slicer.kernels import bare_kernel, inner_kernel
 from slicer.nozzle import EPS_MM as PRESS_EPS_MM
 from slicer.reach import highest, reach
 from slicer.sequence.problem import CostModel, direct_cost, string_cost
-from slicer.sequence.states import DownSets, Section, Skylines
+from slicer.sequence.states.column_skylines import Skylines
+from slicer.sequence.states.downsets import DownSets
+from slicer.sequence.states.section import Section
 from slicer.taut_string import EPS_MM, pass_over, push
 
 

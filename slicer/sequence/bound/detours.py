@@ -1,0 +1,171 @@
+"""What travels cost beyond direct ones, because of what is printed at a state of a block.
+
+A state says what is printed of each of its columns, so what a travel between two of them costs that keeps above
+it is known, and the block that pays for the travel pays that too; of a travel inside a seam column, which two
+blocks see alike, each pays half. What lies outside the block does not matter to a nozzle without a body. What
+a body cannot clear may stand there as well: then the travel is priced as direct.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel, inner_kernel, kernel
+from slicer.sequence.bound.pair_costs import BlockCosts
+from slicer.sequence.problem import CostModel
+from slicer.sequence.states import (
+    OUTSIDE,
+    Blocks,
+    DownSets,
+    Section,
+    Skylines,
+    routed_cost,
+    sets_of_states,
+)
+
+MOST = 100_000_000
+"""Detours that are kept, at four bytes each; with more of them travels are priced as direct."""
+ROUNDING = 1.0 - 1e-6
+"""Single precision must not round a bound up."""
+
+
+def measure_detours(
+    section: Section, sets: DownSets, blocks: Blocks, block_costs: BlockCosts, sky: Skylines
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """``detour_start`` and ``detour`` of ``BlockCosts``: for each end of a state, two for each of its steps."""
+    start = _rows(blocks)
+    if start[-1] > MOST:
+        return np.zeros_like(start), np.empty(0, np.float32)
+    detour = np.empty(start[-1], np.float32)
+    _fill(
+        blocks,
+        block_costs,
+        section.segments,
+        section.cost_model,
+        sky,
+        sets_of_states(blocks, sets),
+        start,
+        detour,
+    )
+    return start, detour
+
+
+def still_there(
+    before: Blocks, block_costs: BlockCosts, blocks: Blocks
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """The detours of those states, ends and steps that are left of ``before``."""
+    start = _rows(blocks)
+    if len(block_costs.detour) == 0:
+        return np.zeros_like(start), block_costs.detour
+    detour = np.empty(start[-1], np.float32)
+    _copy(before, block_costs, blocks, start, detour)
+    return start, detour
+
+
+def _rows(blocks: Blocks) -> NDArray[np.int64]:
+    """int64 (s + 1,), where the detours of each state begin."""
+    ends = np.diff(blocks.value_start).astype(np.int64) - OUTSIDE
+    return np.concatenate([[0], np.cumsum(2 * ends * np.diff(blocks.move_start))])
+
+
+@kernel
+def _fill(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    segments: NDArray[np.float64],
+    cost_model: CostModel,
+    sky: Skylines,
+    state_sets: tuple[NDArray[np.int64], NDArray[np.int32]],
+    start: NDArray[np.int64],
+    detour: NDArray[np.float32],
+) -> None:
+    first_set, set_of = state_sets
+    printed = np.empty(len(blocks.column_size), np.int32)
+    for k in range(len(blocks.state_start) - 1):
+        low, left, right = blocks.path_start[k], blocks.bounds[k], blocks.bounds[k + 1]
+        stride, width = 2 * (blocks.path_start[k + 1] - low), right - left + 1
+        for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
+            for q in range(width):
+                printed[left + q] = set_of[first_set[k] + (s - blocks.state_start[k]) * width + q]
+            at = start[s]
+            for x in range(blocks.value_start[s] + OUTSIDE, blocks.value_start[s + 1]):
+                u = blocks.value_path[x]
+                path, u_column = blocks.path[low + (u >> 1)], _column(blocks, k, u >> 1)
+                row = block_costs.arc_start[k] + u * stride
+                for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+                    to, v_column = (
+                        blocks.path[low + blocks.move_path[m]],
+                        _column(blocks, k, blocks.move_path[m]),
+                    )
+                    known = _is_known(sky, (u_column, v_column), (left, right))
+                    shared = u_column == v_column and _is_seam(block_costs, u_column)
+                    for f in range(2):
+                        extra = 0.0
+                        if known:
+                            extra = routed_cost(
+                                cost_model,
+                                sky,
+                                printed,
+                                (u_column, v_column),
+                                (path, segments[path]),
+                                (segments[path, 1 - (u & 1), 0], segments[path, 1 - (u & 1), 1]),
+                                (segments[to, f, 0], segments[to, f, 1]),
+                            )
+                            extra -= block_costs.direct[row + 2 * blocks.move_path[m] + f]
+                        detour[at] = max(0.0, extra) * (0.5 if shared else 1.0) * ROUNDING
+                        at += 1
+
+
+@inner_kernel
+def _is_known(sky: Skylines, columns: tuple[int, int], block: tuple[int, int]) -> bool:
+    """Whether all that may be in the way of a travel between two columns stands in a block's."""
+    if sky.body.half_width == 0.0:
+        return True
+    first, last = min(columns[0], columns[1]), max(columns[0], columns[1])
+    return bool(sky.reaching[first, 0] >= block[0] and sky.reaching[last, 1] <= block[1])
+
+
+@inner_kernel
+def _is_seam(block_costs: BlockCosts, column: int) -> bool:
+    return bool(block_costs.pair_start[column + 1] > block_costs.pair_start[column])
+
+
+@inner_kernel
+def _column(blocks: Blocks, k: int, path: int) -> int:
+    """The column of a toolpath in block k's numbers."""
+    c = blocks.bounds[k]
+    while path >= blocks.column_size[c]:
+        path -= blocks.column_size[c]
+        c += 1
+    return int(c)
+
+
+@bare_kernel
+def _copy(
+    before: Blocks,
+    block_costs: BlockCosts,
+    blocks: Blocks,
+    start: NDArray[np.int64],
+    detour: NDArray[np.float32],
+) -> None:
+    """Fill in the detours of what is left; states, ends and steps keep their order."""
+    for k in range(len(blocks.state_start) - 1):
+        old = before.state_start[k]
+        for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
+            while before.dense[old] != blocks.dense[s]:
+                old += 1
+            old_first = before.move_start[old]
+            old_steps = before.move_start[old + 1] - old_first
+            at, old_x = start[s], before.value_start[old] + OUTSIDE
+            for x in range(blocks.value_start[s] + OUTSIDE, blocks.value_start[s + 1]):
+                while before.value_path[old_x] != blocks.value_path[x]:
+                    old_x += 1
+                row = block_costs.detour_start[old] + 2 * old_steps * (
+                    old_x - before.value_start[old] - OUTSIDE
+                )
+                old_m = old_first
+                for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+                    while before.move_path[old_m] != blocks.move_path[m]:
+                        old_m += 1
+                    for f in range(2):
+                        detour[at] = block_costs.detour[row + 2 * (old_m - old_first) + f]
+                        at += 1
