@@ -1,10 +1,12 @@
 """What travels cost beyond direct ones, because of what is printed at a state of a block.
 
-A state says what is printed of each of its columns, so what a travel between two of them costs that keeps above
-it is known, and the block that pays for the travel pays that too; of a travel inside a seam column, which two
-blocks see alike, each pays half. What lies outside the block does not matter to a nozzle without a body. What
-a body cannot clear may stand there as well: then the travel is priced as direct.
+A state says what is printed of each of its columns, so what a travel between two of them costs that keeps
+above it is known. The block that pays for the travel pays that too; of a travel inside a seam column, which
+two blocks see alike, each pays half. What stands outside of the block is not known, and may be in the way of
+a nozzle's body: such a travel is priced as direct.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +15,13 @@ from slicer.kernels import bare_kernel, inner_kernel, kernel
 from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.problem import CostModel
 from slicer.sequence.states import (
+    FREE,
     OUTSIDE,
     Blocks,
     DownSets,
     Section,
     Skylines,
-    routed_cost,
+    cost_over,
     sets_of_states,
 )
 
@@ -28,24 +31,27 @@ ROUNDING = 1.0 - 1e-6
 """Single precision must not round a bound up."""
 
 
+class Travels(NamedTuple):
+    """What travels are between, what they cost, and up to which cost it is worth to know their detours."""
+
+    segments: NDArray[np.float64]
+    cost_model: CostModel
+    most: float
+
+
 def measure_detours(
-    section: Section, sets: DownSets, blocks: Blocks, block_costs: BlockCosts, sky: Skylines
+    section: Section, sets: DownSets, blocks: Blocks, block_costs: BlockCosts, sky: Skylines, most: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """``detour_start`` and ``detour`` of ``BlockCosts``: for each end of a state, two for each of its steps."""
+    """``detour_start`` and ``detour`` of ``BlockCosts``: for each end of a state, two for each of its steps.
+
+    They are 0 where a travel costs more than ``most`` directly.
+    """
     start = _rows(blocks)
     if start[-1] > MOST:
         return np.zeros_like(start), np.empty(0, np.float32)
     detour = np.empty(start[-1], np.float32)
-    _fill(
-        blocks,
-        block_costs,
-        section.segments,
-        section.cost_model,
-        sky,
-        sets_of_states(blocks, sets),
-        start,
-        detour,
-    )
+    travels = Travels(section.segments, section.cost_model, most)
+    _fill(blocks, block_costs, travels, sky, sets_of_states(blocks, sets), start, detour)
     return start, detour
 
 
@@ -71,13 +77,13 @@ def _rows(blocks: Blocks) -> NDArray[np.int64]:
 def _fill(
     blocks: Blocks,
     block_costs: BlockCosts,
-    segments: NDArray[np.float64],
-    cost_model: CostModel,
+    travels: Travels,
     sky: Skylines,
     state_sets: tuple[NDArray[np.int64], NDArray[np.int32]],
     start: NDArray[np.int64],
     detour: NDArray[np.float32],
 ) -> None:
+    segments, cost_model, most = travels
     first_set, set_of = state_sets
     printed = np.empty(len(blocks.column_size), np.int32)
     for k in range(len(blocks.state_start) - 1):
@@ -100,8 +106,9 @@ def _fill(
                     shared = u_column == v_column and _is_seam(block_costs, u_column)
                     for f in range(2):
                         extra = 0.0
-                        if known:
-                            extra = routed_cost(
+                        direct = block_costs.direct[row + 2 * blocks.move_path[m] + f]
+                        if known and direct <= most:
+                            cost = cost_over(
                                 cost_model,
                                 sky,
                                 printed,
@@ -110,7 +117,8 @@ def _fill(
                                 (segments[path, 1 - (u & 1), 0], segments[path, 1 - (u & 1), 1]),
                                 (segments[to, f, 0], segments[to, f, 1]),
                             )
-                            extra -= block_costs.direct[row + 2 * blocks.move_path[m] + f]
+                            if cost != FREE:
+                                extra = cost - direct
                         detour[at] = max(0.0, extra) * (0.5 if shared else 1.0) * ROUNDING
                         at += 1
 

@@ -98,7 +98,7 @@ class PairBound:
 
     @cached_property
     def sky(self) -> Skylines:
-        """The skylines that a search needs; the bound itself is on direct travels, which cost less."""
+        """The skylines that a search needs; the bound itself is on direct travels unless it sees walls."""
         return skylines(self.section, self.sets)
 
     @property
@@ -106,10 +106,15 @@ class PairBound:
         """No sequence of the section's down-sets costs less; minus infinity before the first step."""
         return float(self.memory[2])
 
-    def see_walls(self) -> None:
-        """Price travels inside blocks as they are made over what is printed, where that can be known."""
+    def see_walls(self, most: float) -> None:
+        """Price travels inside blocks as they are made over what is printed, where that can be known.
+
+        A travel that costs more than ``most`` directly stays at that price: few of many are so long.
+        """
         if self.section.routed and not (self.sets.corridor == COUNTED).any():
-            start, detour = measure_detours(self.section, self.sets, self.blocks, self.block_costs, self.sky)
+            start, detour = measure_detours(
+                self.section, self.sets, self.blocks, self.block_costs, self.sky, most
+            )
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
 
     def improve(self, target: float, iterations: int) -> bool:

@@ -49,8 +49,7 @@ class BlockCosts(NamedTuple):
         pair_start: int64 (c + 1,); the multipliers of travels inside column c are a square matrix
             [from, to] from pair_start[c] on, empty where the column is no seam.
         detour_start: int64 (s + 1,), the detours of each state, none where travels are priced as direct.
-        detour: float32, what a travel of a block costs beyond ``direct`` at a state, because of what is printed
-            there: see ``detours``.
+        detour: float32, what a travel costs beyond ``direct`` because of what is printed, see ``detours``.
         visits: the first multiplier of a visit, one for each of a block's toolpaths; ``size`` where none are.
         size: how many multipliers there are.
     """

@@ -25,7 +25,7 @@ from slicer.sequence.layered.node_pool import (
     rebuild_table,
 )
 from slicer.sequence.problem import CostModel, direct_cost, scrambled
-from slicer.sequence.states import NONE, OUTSIDE, Blocks, Needs, Skylines, needs_printed, routed_cost
+from slicer.sequence.states import FREE, NONE, OUTSIDE, Blocks, Needs, Skylines, cost_over, needs_printed
 
 
 class Sheet(NamedTuple):
@@ -211,7 +211,7 @@ def expand(
                     )
                     generated += 1
                     if sky.routed and cost + estimate <= cut:
-                        cost = layer.cost[i] + routed_cost(
+                        over = cost_over(
                             cost_model,
                             sky,
                             printed,
@@ -220,6 +220,8 @@ def expand(
                             (out_x, out_y),
                             (segments[path, f, 0], segments[path, f, 1]),
                         )
+                        if over != FREE:
+                            cost = layer.cost[i] + over
                     if cost + estimate <= cut:
                         if size == len(pool.key):
                             pool = doubled(pool, size)

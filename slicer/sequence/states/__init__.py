@@ -19,12 +19,13 @@ from slicer.sequence.states.joint_states import (
     out_of_reach,
 )
 from slicer.sequence.states.relaxed_columns import relaxed_sets
-from slicer.sequence.states.routed_travel import routed_cost, section_cost
+from slicer.sequence.states.routed_travel import FREE, cost_over, section_cost
 from slicer.sequence.states.section import NONE, Section, extents
 from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
 
 __all__ = [
     "COUNTED",
+    "FREE",
     "NONE",
     "OUTSIDE",
     "Blocks",
@@ -35,6 +36,7 @@ __all__ = [
     "Skylines",
     "all_down_sets",
     "connect",
+    "cost_over",
     "cover",
     "down_sets",
     "extent",
@@ -48,7 +50,6 @@ __all__ = [
     "never_follows",
     "out_of_reach",
     "relaxed_sets",
-    "routed_cost",
     "section_cost",
     "sets_of_states",
     "skylines",

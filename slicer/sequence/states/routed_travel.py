@@ -12,6 +12,9 @@ from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.section import Section
 from slicer.taut_string import EPS_MM, pass_over, push
 
+FREE = -1.0
+"""Stands for the cost of a travel that nothing is in the way of."""
+
 
 def section_cost(section: Section, sets: DownSets, sky: Skylines, oriented: NDArray[np.int32]) -> float:
     """What a sequence (n,) of a section costs; all its down-sets must be among those of ``sets``."""
@@ -38,8 +41,9 @@ def _walk(
             u = oriented[k - 1]
             out_x, out_y = segments[u >> 1, 1 - (u & 1), 0], segments[u >> 1, 1 - (u & 1), 1]
             in_x, in_y = segments[v >> 1, v & 1, 0], segments[v >> 1, v & 1, 1]
+            cost = FREE
             if sky.routed:
-                total += routed_cost(
+                cost = cost_over(
                     cost_model,
                     sky,
                     printed,
@@ -48,8 +52,9 @@ def _walk(
                     (out_x, out_y),
                     (in_x, in_y),
                 )
-            else:
-                total += direct_cost(cost_model, in_x - out_x, in_y - out_y)
+            if cost == FREE:
+                cost = direct_cost(cost_model, in_x - out_x, in_y - out_y)
+            total += cost
         for e in range(step_start[printed[c]], step_start[printed[c] + 1]):
             if step_path[e] == v >> 1:
                 printed[c] = step_to[e]
@@ -58,7 +63,7 @@ def _walk(
 
 
 @inner_kernel
-def routed_cost(
+def cost_over(
     cost_model: CostModel,
     sky: Skylines,
     printed: NDArray[np.int32],
@@ -67,7 +72,8 @@ def routed_cost(
     start: tuple[float, float],
     end: tuple[float, float],
 ) -> float:
-    """Cost of the travel from a toolpath in one of two columns to the other, over the down-sets ``printed``.
+    """Cost of the travel from a toolpath in one of two columns to the other, where it has to go over what is
+    printed, the down-sets ``printed``; ``FREE`` where it is straight.
 
     ``leaving`` is the toolpath that the travel leaves, which was printed last. The travel is straight unless
     that passes below a skyline strictly between the two; then it follows the taut string over it, lifted by
@@ -76,14 +82,13 @@ def routed_cost(
     (out_x, out_y), (in_x, in_y) = start, end
     onwards = out_x <= in_x
     ax, ay, bx, by = (out_x, out_y, in_x, in_y) if onwards else (in_x, in_y, out_x, out_y)
-    direct = direct_cost(cost_model, in_x - out_x, in_y - out_y)
     if bx - ax <= EPS_MM:
-        return direct
+        return FREE
     line = (ax, ay, bx, (by - ay) / (bx - ax))
     if sky.body.half_width > 0.0:
         count = _gather(sky, printed, columns, leaving, start, line)
         if count == 0:
-            return direct
+            return FREE
         size = _string_over(sky.over, count, sky.hull, line)
         return string_cost(cost_model, sky.hull, size, onwards, start, end)
     low_column, high_column = min(columns[0], columns[1]), max(columns[0], columns[1])
@@ -97,7 +102,7 @@ def routed_cost(
         size, hit = _pass_over_all(sky.piece, sky.start[i], sky.start[i + 1], sky.hull, size, line)
         blocked |= hit
     if not blocked:
-        return direct
+        return FREE
     size = push(sky.hull, size, bx, by)
     return string_cost(cost_model, sky.hull, size, onwards, start, end)
 

@@ -4,16 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from bodies import bodies
+from exhaustive import least_cost
+from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 
-from slicer.sequence import Problem
+from slicer.errors import CycleError
+from slicer.nozzle import POINT
+from slicer.sequence import Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.blocks import cover
 from slicer.sequence.states.downsets import down_sets
 from slicer.sequence.states.section import Section
 
+ROUTED = Objective("routed", 0.3)
 SLOW_Z = Objective("time", 0.0, (20.0, 20.0, 2.0), (500.0, 500.0, 30.0), fixed_s=0.05, fixed_from_mm=0.3)
 
 
@@ -51,6 +56,61 @@ def test_no_multipliers_make_the_bound_exceed_the_optimum(sheet, optimum, seed, 
         assert bound.bound <= best + 1e-9
     bound.use_best_multipliers()
     assert bound.bound <= best + 1e-9
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    width=st.integers(2, 4),
+    objective=st.sampled_from([ROUTED, replace(SLOW_Z, clearance_mm=0.2), replace(SLOW_Z, join_mm=1.0)]),
+    body=st.one_of(st.just(POINT), bodies()),
+    most=st.sampled_from([np.inf, 0.5]),
+)
+def test_with_walls_it_does_not_exceed_the_optimum(sheet, seed, width, objective, body, most):
+    segments = sheet(seed, 8, 2)
+    try:
+        problem = Problem.build(segments, body=body)
+    except CycleError:
+        reject()
+    section = Section.whole(problem, objective)
+    bound = bound_over(section, 30**width)
+    # The brute force knows no routes of a body; what any sequence costs is above a bound as well.
+    point = body is POINT
+    best = least_cost(objective, segments) if point else solve(problem, objective=objective).cost
+    bound.see_walls(most)
+    for _ in range(2):
+        bound.improve(1.1 * best, 40)
+        assert bound.bound <= best + 1e-9
+        bound.use_best_multipliers()
+        assert bound.bound <= best + 1e-9
+        bound.fix_states(best + 1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), objective=st.sampled_from([ROUTED, replace(SLOW_Z, clearance_mm=0.2)]))
+def test_one_block_over_all_columns_that_sees_walls_gives_the_optimum(sheet, seed, objective):
+    problem = Problem.build(sheet(seed, 8, 2))
+    bound = bound_over(Section.whole(problem, objective), 10**9)
+    bound.see_walls(np.inf)
+    bound.use_best_multipliers()
+    assert bound.bound == pytest.approx(least_cost(objective, problem.segments), rel=3e-6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_walls_stay_when_states_are_struck_out(sheet, seed):
+    problem = start_anyhow(sheet(seed, 14, 3), seed)
+    bound = bound_over(Section.whole(problem, ROUTED))
+    bound.see_walls(np.inf)
+    before = bound.blocks.arcs
+    bound.improve(1e3, 40)
+    bound.use_best_multipliers()
+    bound.fix_states(bound.bound * 1.05)
+    assume(bound.blocks.arcs < before)
+    kept = bound.block_costs
+    bound.see_walls(np.inf)
+    assert (kept.detour == bound.block_costs.detour).all()
+    assert (kept.detour_start == bound.block_costs.detour_start).all()
 
 
 @settings(max_examples=60, deadline=None)
