@@ -10,10 +10,13 @@ from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 
 from slicer.errors import CycleError
+from slicer.grid import Grid
+from slicer.hatch import hatch
 from slicer.nozzle import POINT
 from slicer.sequence import Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.states import OUTSIDE, sets_of_states
 from slicer.sequence.states.blocks import cover
 from slicer.sequence.states.downsets import down_sets
 from slicer.sequence.states.section import Section
@@ -166,3 +169,47 @@ def test_the_bound_of_two_tiles_side_by_side_is_the_optimum():
     bound.use_best_multipliers()
     # Every line of both tiles in turn, to and fro: a step up after each pair of lines.
     assert bound.bound == pytest.approx(1.5)
+
+
+def detours_within(bound: PairBound, column: int) -> list[dict[tuple[int, int, int], float]]:
+    """For each block that has a column, the detours inside it: by its down-set and both oriented toolpaths."""
+    blocks, costs, of = bound.blocks, bound.block_costs, bound.section.column
+    first, sets = sets_of_states(blocks, bound.sets)
+    out = []
+    for k in np.unique(blocks.home[column]):
+        found: dict[tuple[int, int, int], float] = {}
+        low, width = blocks.path_start[k], blocks.bounds[k + 1] - blocks.bounds[k] + 1
+        for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
+            row = first[k] + (s - blocks.state_start[k]) * width
+            at = costs.detour_start[s]
+            for u in blocks.value_path[blocks.value_start[s] + OUTSIDE : blocks.value_start[s + 1]]:
+                for path in blocks.move_path[blocks.move_start[s] : blocks.move_start[s + 1]]:
+                    ends = blocks.path[low + (u >> 1)], blocks.path[low + path]
+                    for f in range(2):
+                        if of[ends[0]] == of[ends[1]] == column:
+                            key = int(sets[row + column - blocks.bounds[k]]), int(u & 1) + 2 * int(ends[0])
+                            found[(*key, 2 * int(ends[1]) + f)] = float(costs.detour[at])
+                        at += 1
+        out.append(found)
+    return out
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_blocks_that_share_a_column_share_its_detours(seed):
+    angles = np.random.default_rng(seed).uniform(-80.0, 80.0, (2, 3))
+    problem = Problem.build(hatch(Grid(angles, np.full(angles.shape, 0.3), (1.0, 1.0))).segments)
+    section = Section.whole(problem, ROUTED)
+    whole, pairs = bound_over(section, 10**9), bound_over(section)
+    assert (whole.blocks.blocks, pairs.blocks.blocks) == (1, 2)
+    for bound in (whole, pairs):
+        bound.see_walls(np.inf)
+    for column in range(3):
+        (all_of_it,) = detours_within(whole, column)
+        assume(column != 1 or any(all_of_it.values()))
+        parts = detours_within(pairs, column)
+        assert len(parts) == (2 if column == 1 else 1)
+        for part in parts:
+            assert part.keys() == all_of_it.keys()
+        for key, extra in all_of_it.items():
+            assert sum(part[key] for part in parts) == pytest.approx(extra, abs=1e-6)
