@@ -45,6 +45,7 @@ def search_by_surrogates(
     """
     own: ObjectiveName = "time" if search.objective.unit == "s" else "straight"
     surrogates: list[ObjectiveName] = [own]
+    carried = np.inf
     if refined:
         surrogates += [name for name in SURROGATES if name != own]
     if not search.started:
@@ -55,6 +56,8 @@ def search_by_surrogates(
             method(inner)
         finally:  # what it has found before Ctrl-C came
             search.absorb(inner.outcome())
+        if inner.objective == search.objective:
+            carried = inner.cost
         # A proof needs a good sequence, whatever that takes.
         pays = carrying is not None or search.pays(REFINE_S * search.problem.n)
         for goal in SKYLINE_GOALS if refined and pays else ():
@@ -65,8 +68,9 @@ def search_by_surrogates(
             return
         if search.near_enough or (name == own and inner.lower_bound > 0.0 and search.effort != "high"):
             break  # see above
-    if carrying is not None and not search.near_enough:
-        # States know what is printed, so this method sees the true cost of every travel.
+    # States know what is printed, so the carrying method sees the true cost of every travel. Where the goal
+    # itself was searched, the method has come to it already, and once more pays only from a better sequence.
+    if carrying is not None and not search.near_enough and search.cost < carried:
         carrying(search)
     if refined:
         raise_relaxed_bound(search)
