@@ -5,7 +5,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from slicer import precedence
-from slicer.nozzle import NozzleBody
+from slicer.nozzle import NozzleBody, allowed_directions
 
 ALONG_MM = 0.02
 """A hop whose ends and middle are no farther from one toolpath runs along it."""
@@ -18,6 +18,7 @@ def joinable(
     body: NozzleBody,
     join_mm: float,
     ends: NDArray[np.bool_] | None = None,
+    downhill_deg: float = 90.0,
 ) -> NDArray[np.bool_]:
     """Which hops of a sequence may be extruded as far as what is printed after them goes.
 
@@ -33,6 +34,7 @@ def joinable(
         join_mm: no longer hop is extruded; 0 for none.
         ends: bool (n, 2), whether endpoint [1] of toolpath [0] is an end of the fibre. A cut within one is
             none: hops from piece to piece of neighbours would fill the room between them. None where all are.
+        downhill_deg: the steepest tilt at which the tip may move downwards while it extrudes.
 
     Returns:
         bool (n,): whether the hop to the k-th may be; never to the first.
@@ -47,6 +49,7 @@ def joinable(
     short = (length <= join_mm) & (length > precedence.EPS_MM)
     if ends is not None:
         short &= ends[sequence[:-1], 1 - flip[:-1]] & ends[sequence[1:], flip[1:]]
+    short &= allowed_directions(hops, downhill_deg)[:, 0]
     asked = np.flatnonzero(short)
     asked = np.delete(asked, _over_toolpaths(segments, hops[asked]))
     start, toolpath = precedence.hindered(segments, hops[asked], body)

@@ -218,6 +218,7 @@ def routed(sheet: Grid, shaped: Printable, result: Result, profile: Profile) -> 
         join_mm=join_mm(profile, spacing),
         ends=shaped.ends,
         laid=laid,
+        downhill_deg=profile.nozzle.downhill_deg,
     )
 
 

@@ -49,6 +49,19 @@ def test_a_join_hinders_nothing_that_comes_later(grid, body, seed):
         assert allowed[k] == (not crosses and not in_the_way), (hop, length)
 
 
+def test_a_hop_that_is_extruded_goes_no_more_steeply_downhill_than_a_toolpath():
+    steps = np.array([[[0.0, 0.0], [1.0, 0.0]], [[1.1, 0.0], [2.0, 0.3]], [[2.1, 0.0], [3.0, 0.0]]])
+    order, ahead, back = [0, 1, 2], [0, 0, 0], [1, 1, 1]
+    said = {}
+    for downhill in (90.0, 72.0, 71.0, 0.0):
+        said[downhill] = joinable(steps, order, ahead, POINT, 0.5, downhill_deg=downhill).tolist()
+    # Level, then 0.3 mm down over 0.1 mm, which is 71.6 degrees.
+    assert said[90.0] == said[72.0] == [False, True, True]
+    assert said[71.0] == said[0.0] == [False, True, False]
+    upwards = joinable(steps, order[::-1], back, POINT, 0.5, downhill_deg=0.0)
+    assert upwards.tolist() == [False, True, True]
+
+
 def test_no_hop_is_joined_where_none_may_be():
     rows = np.array([[[0.0, y], [1.0, y]] for y in (0.0, 0.1, 0.2)])
     assert not joinable(rows, [0, 1, 2], [0, 1, 0], POINT, 0.0).any()

@@ -99,6 +99,30 @@ def test_the_check_sees_a_wider_nozzle_than_was_planned_for_and_tells_the_deepes
     assert "allowed 2.00" in err
 
 
+def test_a_bead_that_goes_on_into_another_spacing_is_fed_as_its_height_says(run):
+    write('{"tile_mm": 2.0, "spacing_mm": [[0.2, 0.4, 0.2]], "angles_deg": [[-20, -40, 10]]}')
+    words = ["grid.json", "-o", "part.gcode", "-p", "marlin-generic", "--nozzle", "32G", "--method", "greedy"]
+    assert run(*words, "--set", "motion.join_spacings=5")[0] == 0
+    text = Path("part.gcode").read_text()
+    joined = text.split(";TOOLPATH")[1:]
+    assert any(";HEIGHT" in part and ";JOIN" in part for part in joined[1:])
+    code, out, err = run("check", "part.gcode", "--grid", "grid.json")
+    assert (code, out) == (0, "")
+    assert "joins between hatch lines" in err
+
+
+def test_what_may_not_go_downhill_is_not_extruded_over_a_hop_either(run):
+    write('{"tile_mm": 2.0, "spacing_mm": 0.2, "angles_deg": [[-30, 40], [20, 80]]}')
+    words = ["grid.json", "-o", "part.gcode", "--nozzle", "32G", "--method", "greedy"]
+    words += ["--set", "motion.join_spacings=5"]
+    assert run(*words, "--set", "nozzle.downhill_deg=0")[0] == 0
+    assert run("check", "part.gcode", "--grid", "grid.json")[:2] == (0, "")
+    assert "joins between hatch lines" in run("check", "part.gcode", "--grid", "grid.json")[2]
+    assert run(*words)[0] == 0
+    code, out, _ = run("check", "part.gcode", "--set", "nozzle.downhill_deg=0")
+    assert (code, "extrudes downhill" in out) == (1, True)
+
+
 def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
     write(GRID)
     Path("lab.toml").write_text('[gcode]\nstart = ["G28", "M109 S200"]\n[motion]\nprime_mm = 0\n')
