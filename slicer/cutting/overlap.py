@@ -17,7 +17,7 @@ def overlapping(cut: Cut, order: ArrayLike, body: NozzleBody, overlap_mm: float)
     """Lengthen each piece over what was printed of its toolpath before, as far as nothing is in the way.
 
     Cuts are made where the nozzle just presses as deep as it may, so that there is room only where the pieces
-    were cut and ordered for a body that may press less: by ``overlap_mm``, see ``less_pressed``. Half of every
+    were cut and ordered for a body that may press less: by ``overlap_mm``, see ``less_pressed``. Half of each
     piece stays its own, however short it is.
 
     Args:
