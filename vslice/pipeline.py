@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -153,7 +154,8 @@ def slice_grid(
         facts["meta"] = meta_line(sheet.meta)
     hangs = hanging(plan.toolpaths, made.height_mm)
     pressing = pressing_of(made, profile)
-    return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled)
+    other = profiles.taken_over(profile_name, overrides)
+    return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled, other)
 
 
 class Ordered(NamedTuple):
@@ -174,7 +176,11 @@ def ordered(
     search: Search,
     progress: Callable[[Progress], None] | None = None,
 ) -> Ordered:
-    """Make the toolpaths of a sheet printable with a profile's nozzle and order them."""
+    """Make the toolpaths of a sheet printable with a profile's nozzle and order them.
+
+    What cutting takes counts towards the time limit: the search has the rest of it.
+    """
+    begin = time.perf_counter()
     spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
     body = body_of(profile, spacing)
     nozzle = profile.nozzle
@@ -185,12 +191,15 @@ def ordered(
     objective = objective_of(profile, objective_name(search.objective), join)
     asked = last_order.asked(shaped.problem.body, profile.nozzle, objective, search, __version__)
     recalled = last_order.recall(lines.segments, shaped, asked) if search.recall else None
+    limit_s = search.time_limit_s
+    if limit_s is not None:
+        limit_s = max(0.0, limit_s - (time.perf_counter() - begin))
     result = sequence.solve(
         shaped.problem,
         initial=recalled,
         method=search.method,
         effort=search.effort,
-        time_limit_s=search.time_limit_s,
+        time_limit_s=limit_s,
         seed=search.seed,
         objective=objective,
         workers=search.workers,

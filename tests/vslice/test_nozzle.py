@@ -8,9 +8,12 @@ import pytest
 
 import profiles
 from gcode.nozzle_body import depths, parts_of
+from profiles.nozzles import nozzle_called
 from profiles.sections import Nozzle
 from slicer.nozzle import press_depths
+from vslice import pipeline
 from vslice.nozzle import body_of
+from vslice.reading import read_grid
 
 GRID = '{"tile_mm": 2.0, "spacing_mm": 0.4, "angles_deg": [[-30, 20], [10, -40]]}'
 VALLEY = '{"tile_mm": 2.0, "spacing_mm": 0.2, "angles_deg": [[-60, 60]]}'
@@ -111,6 +114,31 @@ def test_a_bead_that_goes_on_into_another_spacing_is_fed_as_its_height_says(run)
     assert "joins between hatch lines" in err
 
 
+@pytest.mark.parametrize(("limit", "left"), [(10.0, 7.0), (2.0, 0.0), (None, None)])
+def test_what_cutting_takes_counts_towards_the_time_limit(run, monkeypatch, limit, left):
+    write(VALLEY)
+    now = [100.0]
+    given = []
+    cuts, solves = pipeline.printable, pipeline.sequence.solve
+
+    def three_seconds(*words):
+        now[0] += 3.0
+        return cuts(*words)
+
+    def noted(*words, **more):
+        given.append(more.get("time_limit_s"))
+        return solves(*words, **more)
+
+    monkeypatch.setattr(pipeline.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(pipeline, "printable", three_seconds)
+    monkeypatch.setattr(pipeline.sequence, "solve", noted)
+    sheet = read_grid(Path("grid.json"))
+    profile = profiles.load("marlin-generic", nozzle_called("18G").settings())
+    search = pipeline.Search(method="local", effort="quick", time_limit_s=limit)
+    pipeline.ordered(sheet, pipeline.hatched(sheet), profile, search)
+    assert given == [left]
+
+
 def test_what_may_not_go_downhill_is_not_extruded_over_a_hop_either(run):
     write('{"tile_mm": 2.0, "spacing_mm": 0.2, "angles_deg": [[-30, 40], [20, 80]]}')
     words = ["grid.json", "-o", "part.gcode", "--nozzle", "32G", "--method", "greedy"]
@@ -130,6 +158,17 @@ def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
     assert run(*words)[2].count("lab.toml does not say [nozzle] tip_width_mm") == 1
     assert "tip_width_mm" not in run(*words, "--set", "nozzle.tip_width_mm=0")[2]
     assert "does not say" not in run(*words, "--nozzle", "32G")[2]
+
+
+def test_what_a_profile_of_ones_own_has_of_another_nozzle_is_told_once(run):
+    write(GRID)
+    Path("lab.toml").write_text('extends = "marlin-generic"\n[nozzle]\ntip_width_mm = 0.3\ncone_deg = 0\n')
+    words = ["grid.json", "-o", "part.gcode", "-p", "lab.toml", "--method", "greedy"]
+    _, _, err = run(*words)
+    rest = "cone_mm 2, length_mm 5, barrel_width_mm 8.08, shoulder_width_mm 23"
+    assert err.count(f"lab.toml gives dimensions of [nozzle], but has {rest} from what it extends") == 1
+    assert "nozzle             0.3 mm wide: presses" in err
+    assert "from what it extends" not in run(*words, "--nozzle", "32G")[2]
 
 
 def test_the_planner_gets_the_body_of_the_profile():

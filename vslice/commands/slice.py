@@ -78,7 +78,13 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(0, MOST_SEED), help="For random numbers."
 )
-@click.option("--time-limit", "time_limit_s", type=seconds, metavar="S", help="End the search early.")
+@click.option(
+    "--time-limit",
+    "time_limit_s",
+    type=seconds,
+    metavar="S",
+    help="End the search early; cutting counts too.",
+)
 @click.option(
     "--workers",
     default=1,
