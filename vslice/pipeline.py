@@ -26,7 +26,7 @@ from slicer.grid import Grid
 from slicer.hatch import Hatch
 from slicer.sequence import Result
 from slicer.sequence.problem import Objective, Progress
-from slicer.support import hanging
+from slicer.support import hanging_of
 from slicer.travel import Plan
 from vslice import __version__, last_order
 from vslice.nozzle import body_of
@@ -152,7 +152,7 @@ def slice_grid(
         facts["nozzle"] = nozzle_name(profile)
     if sheet.meta != {}:
         facts["meta"] = meta_line(sheet.meta)
-    hangs = hanging(plan.toolpaths, made.height_mm)
+    hangs = hanging_of(plan, made.height_mm)
     pressing = pressing_of(made, profile)
     other = profiles.taken_over(profile_name, overrides)
     return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled, other)

@@ -221,6 +221,17 @@ def test_nozzles_are_compared_and_the_widest_is_found(run):
     assert "The widest blunt needle that prints it without a cut" in out
 
 
+def test_the_table_of_nozzles_says_which_cut_nothing(run):
+    write(VALLEY)
+    assert run("nozzles", "grid.json", "--only", "18G,32G,30G")[1].splitlines()[-1] == (
+        "Of these nozzles without a cut: 32G, 30G."
+    )
+    last = run("nozzles", "grid.json", "--only", "18G,brass-0.4")[1].splitlines()[-1]
+    assert last.startswith("None of these nozzles prints it without a cut; the fewest pieces, ")
+    assert last.endswith("with 18G.")
+    assert "these nozzles" not in run("nozzles", "grid.json", "--only", "18G")[1]
+
+
 def test_conflicts_are_drawn_for_a_nozzle_with_a_body(run):
     write(VALLEY)
     assert run("preview", "grid.json", "--conflicts", "--nozzle", "18G", "-o", "a.svg")[0] == 0
