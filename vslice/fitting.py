@@ -233,6 +233,8 @@ def uncut_in_words(fits: Fits) -> list[str]:
     if len(fits.nozzles) < 2:
         return []
     whole = [one.nozzle for one in fits.nozzles if one.in_cycles == 0]
+    if len(whole) == len(fits.nozzles):
+        return ["All of these nozzles print it without a cut."]
     if whole:
         return [f"Of these nozzles without a cut: {', '.join(whole)}."]
     said = [(one.pieces, one.nozzle) for one in fits.nozzles if one.pieces is not None]

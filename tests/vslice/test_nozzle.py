@@ -102,6 +102,19 @@ def test_the_check_sees_a_wider_nozzle_than_was_planned_for_and_tells_the_deepes
     assert "allowed 2.00" in err
 
 
+def test_a_program_that_does_not_say_how_high_its_beads_are_is_told_why_nothing_may_press(run):
+    write(VALLEY)
+    assert run("grid.json", "-o", "part.gcode", "--nozzle", "32G", "--method", "greedy")[0] == 0
+    words = ["check", "bare.gcode", "-p", "marlin-generic", "--nozzle", "32G"]
+    text = Path("part.gcode").read_text()
+    Path("bare.gcode").write_text("".join(k for k in text.splitlines(True) if not k.startswith(";")))
+    code, _, err = run(*words)
+    assert code == 1
+    assert err.count("says how high the beads are, so nothing may press") == 1
+    for more in (["--set", "nozzle.press_mm=0.1"], ["--set", "nozzle.press_mm=0.0"], ["--grid", "grid.json"]):
+        assert "says how high" not in run(*words, *more)[2]
+
+
 def test_a_bead_that_goes_on_into_another_spacing_is_fed_as_its_height_says(run):
     write('{"tile_mm": 2.0, "spacing_mm": [[0.2, 0.4, 0.2]], "angles_deg": [[-20, -40, 10]]}')
     words = ["grid.json", "-o", "part.gcode", "-p", "marlin-generic", "--nozzle", "32G", "--method", "greedy"]
@@ -233,6 +246,9 @@ def test_the_table_of_nozzles_says_which_cut_nothing(run):
         f"{least['pieces']}, with {least['nozzle']}."
     )
     assert "these nozzles" not in run("nozzles", "grid.json", "--only", "18G")[1]
+    assert run("nozzles", "grid.json", "--only", "32G,30G")[1].splitlines()[-1] == (
+        "All of these nozzles print it without a cut."
+    )
 
 
 def test_conflicts_are_drawn_for_a_nozzle_with_a_body(run):
