@@ -24,6 +24,7 @@ from slicer.cutting import overlapping
 from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
+from slicer.joins import fewest_beads
 from slicer.sequence import Result
 from slicer.sequence.problem import Objective, Progress
 from slicer.support import hanging_of
@@ -155,7 +156,11 @@ def slice_grid(
     hangs = hanging_of(plan, made.height_mm)
     pressing = pressing_of(made, profile)
     other = profiles.taken_over(profile_name, overrides)
-    return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled, other)
+    spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+    beads = fewest_beads(lines.segments, join_mm(profile, spacing), shaped.ends)
+    return Sliced(
+        sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled, beads, other
+    )
 
 
 class Ordered(NamedTuple):

@@ -27,7 +27,8 @@ class Sliced:
     ``greedy`` is what `travel` would be in the order of the source paper's hill climbing, which is what
     people otherwise do. ``pressing`` is how deep the printed pushes into the nozzle by the check's own model;
     None for a nozzle without a body. ``recalled`` is whether the search started from the last order of the
-    same sheet. ``taken_over`` are dimensions of the nozzle that a file of one's own has from what it extends.
+    same sheet. ``fewest_beads`` is how many any order makes at least. ``taken_over`` are dimensions of the
+    nozzle that a file of one's own has from what it extends.
     """
 
     sheet: Grid
@@ -41,6 +42,7 @@ class Sliced:
     pressing: Pressing | None
     hanging: Hanging
     recalled: bool
+    fewest_beads: int
     taken_over: Mapping[str, float] = field(default_factory=dict)
 
     @property
