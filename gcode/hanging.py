@@ -15,10 +15,6 @@ if TYPE_CHECKING:  # matplotlib
     from gcode.preview import Drawing
 
 
-ROUNDED_MM = 0.002
-"""Two lines that are written with three decimals may be farther apart than they were meant to, by so much."""
-
-
 def heights_mm(moves: list[Move], lines: list[int], material: Material) -> NDArray[np.float64]:
     """float64 (n,), the height of what is laid in each of these lines, by profile or program.
 
@@ -47,5 +43,5 @@ def with_hanging(drawing: "Drawing", moves: list[Move], material: Material) -> "
     """
     from slicer.support import hanging  # shapely
 
-    found = hanging(drawing.toolpaths, heights_mm(moves, drawing.line, material) + ROUNDED_MM)
+    found = hanging(drawing.toolpaths, heights_mm(moves, drawing.line, material))
     return replace(drawing, hanging=found.pieces)

@@ -187,9 +187,7 @@ class _Writer:
         for k, (start, end) in enumerate(toolpaths):
             self.toolpath = k
             yield self._comment(f"TOOLPATH {k}")
-            if plan.joined[k]:
-                yield from self._join(start, join_feeds[k])
-            elif k:
+            if k and not plan.joined[k]:
                 yield from self._travel([*via[via_start[k] : via_start[k + 1]], start])
             if k == 0:
                 yield self._comment("TYPE:Internal infill")
@@ -197,6 +195,8 @@ class _Writer:
             if heights[k] != bead_height:
                 bead_height = heights[k]
                 yield self._comment(f"HEIGHT:{plain(bead_height)}")
+            if plan.joined[k]:  # a hop is as high as the toolpath that it leads to
+                yield from self._join(start, join_feeds[k])
             yield from self._open()
             yield self._to(end[0], end[1], self.profile.motion.print_speed_mm_s, feeds[k])
         self.toolpath = -1

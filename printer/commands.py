@@ -14,6 +14,7 @@ from dialect.source import Source, load
 from printer.errors import ProtocolError
 
 TOOLPATH = re.compile(r"\s*TOOLPATH\s+(\d+)\b")
+JOIN = re.compile(r"\s*JOIN\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,14 +22,16 @@ class Program:
     """Commands without comments and blanks.
 
     ``lines[k]`` is the line of ``commands[k]`` in the file, counted from 1. ``toolpaths`` holds, for each
-    comment ``;TOOLPATH n``, the index of the first command behind it. ``printing_time_s`` is what the
-    slicer wrote into the file, in seconds, or None.
+    comment ``;TOOLPATH n``, the index of the first command behind it; ``starts`` the same, and where a
+    toolpath goes on behind a hop that is extruded to it (``;JOIN``). ``printing_time_s`` is what the slicer
+    wrote into the file, in seconds, or None.
     """
 
     name: str
     commands: list[str]
     lines: "array[int]"
     toolpaths: "array[int]"
+    starts: "array[int]"
     sha256: str
     printing_time_s: float | None = None
 
@@ -66,7 +69,7 @@ def make_program(lines: Iterable[str], name: str = "program", sha256: str | None
     """
     digest = hashlib.sha256()
     commands: list[str] = []
-    numbers, toolpaths = array("q"), array("q")
+    numbers, toolpaths, starts = array("q"), array("q"), array("q")
     printing_time_s: float | None = None
     known: dict[str, str] = {}  # repeated commands are stored once
     if sha256 is None:
@@ -78,6 +81,9 @@ def make_program(lines: Iterable[str], name: str = "program", sha256: str | None
             if comment is not None:
                 if not command and TOOLPATH.match(comment):
                     toolpaths.append(len(commands))
+                    starts.append(len(commands))
+                elif not command and toolpaths and JOIN.fullmatch(comment):
+                    starts.append(len(commands) + 1)
                 elif printing_time_s is None and "printing time" in comment:
                     printing_time_s = read_duration(comment)
             if command:
@@ -85,7 +91,7 @@ def make_program(lines: Iterable[str], name: str = "program", sha256: str | None
                 numbers.append(number)
     except ReadError as error:
         raise ProtocolError(str(error)) from None
-    return Program(name, commands, numbers, toolpaths, sha256 or digest.hexdigest(), printing_time_s)
+    return Program(name, commands, numbers, toolpaths, starts, sha256 or digest.hexdigest(), printing_time_s)
 
 
 def read_duration(comment: str) -> float | None:

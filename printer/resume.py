@@ -78,7 +78,8 @@ def start_of_work(program: Program, entry: Entry) -> int:
     if program.toolpaths:
         if acknowledged < program.toolpaths[0]:
             raise _nothing_printed(program)
-        return program.toolpaths[max(0, bisect_right(program.toolpaths, executed) - 1)]
+        # Behind a hop that is extruded, for going back over it would drive the nozzle's body into its bead.
+        return program.starts[max(0, bisect_right(program.starts, executed) - 1)]
     for index in range(min(executed, len(program) - 1), -1, -1):
         command = program.commands[index]
         if MOTION.match(command) and "E" not in words(command):

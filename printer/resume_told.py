@@ -34,6 +34,6 @@ def where_it_goes_on(program: Program, entry: Entry, start: int) -> tuple[str, .
     else:
         going = (
             f"Going back to line {line}, where {what}: it and what follows may not have been carried out, "
-            "though acknowledged. What was printed from there on is printed again."
+            "though acknowledged. What was printed from there on stands in the way and is printed again."
         )
     return f"{program.name}: {came}.", going

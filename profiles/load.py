@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from dialect.numbers import plain
 from profiles.profile import Profile
+from profiles.sections import DIMENSIONS
 
 MOST_BYTES = 1_000_000
 
@@ -36,8 +37,7 @@ def load(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
     Raises:
         ProfileError: no such profile, no TOML, unknown keys, values out of range, bad templates.
     """
-    source, settings = _settings(name_or_path)
-    return made(source, settings, overrides)
+    return made(name_or_path, _settings(name_or_path), overrides)
 
 
 def made(source: str, settings: dict[str, Any], overrides: Sequence[str] = ()) -> Profile:
@@ -55,10 +55,45 @@ def made(source: str, settings: dict[str, Any], overrides: Sequence[str] = ()) -
         raise ProfileError("\n".join(f"{source}: {problem}" for problem in dict.fromkeys(problems))) from None
 
 
-def _settings(name_or_path: str) -> tuple[str, dict[str, Any]]:
-    """Where a profile comes from, and its settings, those of all that it extends included."""
+def taken_over(name_or_path: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """The dimensions of the nozzle that files of one's own take from a shipped profile, though they give
+    others: they are of another nozzle. Nothing where they give none, or all that are not 0 there.
+
+    Raises:
+        ProfileError: as ``load``, but for values out of range.
+    """
+    own: set[str] = set()
+    found: dict[str, Any] = {}
+    for name, settings in _layers(name_or_path):
+        nozzle = settings.get("nozzle", {})
+        if name not in shipped():
+            own |= nozzle.keys()
+        else:
+            found = nozzle | found
+    if not own & set(DIMENSIONS):
+        return {}
+    own |= {override.partition("=")[0].strip().removeprefix("nozzle.") for override in overrides}
+    return {key: found[key] for key in DIMENSIONS if found.get(key) and key not in own}
+
+
+def _settings(name_or_path: str) -> dict[str, Any]:
+    """The settings of a profile, those of all that it extends included."""
+    *layers, (_, merged) = _layers(name_or_path)
+    for _, settings in reversed(layers):
+        for section, values in settings.items():
+            if isinstance(values, dict) and isinstance(merged.get(section), dict):
+                if section == "nozzle" and values.keys() & set(DIMENSIONS):
+                    merged[section].pop("name", None)
+                merged[section] |= values
+            else:
+                merged[section] = values
+    return merged
+
+
+def _layers(name_or_path: str) -> list[tuple[str, dict[str, Any]]]:
+    """Name and settings of a profile, then those of each that is extended."""
     chain: list[str] = []
-    layers: list[dict[str, Any]] = []
+    layers: list[tuple[str, dict[str, Any]]] = []
     seen: set[str | Path] = set()
     name: str | None = name_or_path
     while name is not None:
@@ -75,17 +110,10 @@ def _settings(name_or_path: str) -> tuple[str, dict[str, Any]]:
             raise ProfileError(
                 f"{where}: extends is {_shown(base)}; it must name one profile, as a text in quotes."
             )
-        layers.append(settings)
+        layers.append((name, settings))
         # A file is looked for beside the one that names it, wherever vslice was started.
         name = base if base is None or base in shipped() or file is None else str(file.parent / base)
-    merged = layers.pop()
-    for settings in reversed(layers):
-        for section, values in settings.items():
-            if isinstance(values, dict) and isinstance(merged.get(section), dict):
-                merged[section] |= values
-            else:
-                merged[section] = values
-    return name_or_path, merged
+    return layers
 
 
 def _toml(where: str, name: str, file: Path | None) -> dict[str, Any]:
@@ -137,6 +165,8 @@ def _override(settings: dict[str, Any], override: str) -> None:
         value = text.strip()  # a bare word is a text
     values = settings.setdefault(section, {})
     if isinstance(values, dict):
+        if section == "nozzle" and key in DIMENSIONS and values.get(key) != value:
+            values.pop("name", None)  # it is another nozzle now
         values[key] = value
 
 

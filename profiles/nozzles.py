@@ -7,6 +7,7 @@ from importlib import resources
 from typing import NamedTuple
 
 from profiles.load import ProfileError
+from profiles.sections import DIMENSIONS
 
 
 class KnownNozzle(NamedTuple):
@@ -36,10 +37,9 @@ class KnownNozzle(NamedTuple):
 
     def settings(self) -> list[str]:
         """This nozzle as settings of a profile, each "section.key=value"."""
-        sizes = ("tip_width_mm", "cone_deg", "cone_mm", "length_mm", "barrel_width_mm", "shoulder_width_mm")
         return [
+            *(f"nozzle.{key}={float(getattr(self, key))}" for key in DIMENSIONS),
             f'nozzle.name="{self.name}"',
-            *(f"nozzle.{key}={float(getattr(self, key))}" for key in sizes),
         ]
 
 

@@ -164,10 +164,24 @@ class Motion(_Section):
         return max(self.join_mm, self.join_spacings * min(spacings_mm, default=0.0))
 
 
+DIMENSIONS = (
+    "tip_width_mm",
+    "cone_deg",
+    "cone_mm",
+    "length_mm",
+    "barrel_width_mm",
+    "shoulder_width_mm",
+)
+"""The settings of a nozzle that say what its body looks like; together they are one nozzle."""
+
+
 class Nozzle(_Section):
     """The body above the tip, as wide as it is in the plane of the sheet; without a width it is a point."""
 
-    name: OneLine = Field("", description="What it is called in messages, such as 25G.")
+    name: OneLine = Field(
+        "",
+        description="What it is called in messages, such as 25G; whoever changes a dimension names it anew.",
+    )
     tip_width_mm: Annotated[float, _between(0, 100)] = Field(
         0.0,
         description="Outer width of the flat around the bore; 0 is a nozzle without a body, as in the paper.",

@@ -5,7 +5,9 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from slicer import precedence
-from slicer.nozzle import NozzleBody
+from slicer.cycles import components
+from slicer.nozzle import NozzleBody, allowed_directions
+from slicer.travel import STILL_MM
 
 ALONG_MM = 0.02
 """A hop whose ends and middle are no farther from one toolpath runs along it."""
@@ -18,6 +20,7 @@ def joinable(
     body: NozzleBody,
     join_mm: float,
     ends: NDArray[np.bool_] | None = None,
+    downhill_deg: float = 90.0,
 ) -> NDArray[np.bool_]:
     """Which hops of a sequence may be extruded as far as what is printed after them goes.
 
@@ -33,6 +36,7 @@ def joinable(
         join_mm: no longer hop is extruded; 0 for none.
         ends: bool (n, 2), whether endpoint [1] of toolpath [0] is an end of the fibre. A cut within one is
             none: hops from piece to piece of neighbours would fill the room between them. None where all are.
+        downhill_deg: the steepest tilt at which the tip may move downwards while it extrudes.
 
     Returns:
         bool (n,): whether the hop to the k-th may be; never to the first.
@@ -47,6 +51,7 @@ def joinable(
     short = (length <= join_mm) & (length > precedence.EPS_MM)
     if ends is not None:
         short &= ends[sequence[:-1], 1 - flip[:-1]] & ends[sequence[1:], flip[1:]]
+    short &= allowed_directions(hops, downhill_deg)[:, 0]
     asked = np.flatnonzero(short)
     asked = np.delete(asked, _over_toolpaths(segments, hops[asked]))
     start, toolpath = precedence.hindered(segments, hops[asked], body)
@@ -56,6 +61,40 @@ def joinable(
     out[asked + 1] = True
     out[hop[place[toolpath] > hop] + 1] = False
     return out
+
+
+def fewest_beads(segments: NDArray[np.float64], join_mm: float, ends: NDArray[np.bool_] | None = None) -> int:
+    """How many beads any order of toolpaths makes at least.
+
+    A bead begins and ends where an end of a toolpath is joined to no other one. Each end is joined to at most
+    one: where ends hang together by hops that may be extruded, one of an odd number of them is left over.
+
+    Args:
+        segments, join_mm, ends: as for ``joinable``.
+    """
+    n = len(segments)
+    if n == 0:
+        return 0
+    place = np.asarray(segments, np.float64).reshape(-1, 2)
+    points = shapely.points(place)
+    a, b = shapely.STRtree(points).query(points, predicate="dwithin", distance=max(join_mm, STILL_MM))
+    apart = (a < b) & (a // 2 != b // 2)
+    a, b = a[apart], b[apart]
+    hops = np.stack([place[a], place[b]], axis=1)
+    length = np.hypot(*(hops[:, 1] - hops[:, 0]).T)
+    meets = length <= STILL_MM
+    may = ~meets & (length <= join_mm)
+    if ends is not None:
+        may &= ends.reshape(-1)[a] & ends.reshape(-1)[b]
+    asked = np.flatnonzero(may)
+    may[asked[_over_toolpaths(segments, hops[asked])]] = False
+    pairs = np.stack([a, b], axis=1)[meets | may]
+    edges = np.concatenate([pairs, pairs[:, ::-1]]).astype(np.int32)
+    group, bead = components(2 * n, edges), components(n, edges // 2)
+    _, first = np.unique(group, return_index=True)
+    odd = np.bincount(bead[first // 2], np.bincount(group) % 2)
+    # Toolpaths that hang together by hops are one bead at least; they have an even number of ends.
+    return int(np.maximum(odd // 2, 1).sum())
 
 
 def _over_toolpaths(segments: NDArray[np.float64], hops: NDArray[np.float64]) -> NDArray[np.intp]:

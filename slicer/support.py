@@ -1,13 +1,17 @@
 """What hangs: the parts of toolpaths with nothing under or beside them that was printed before."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-SLACK = 1.001
-"""Neighbours of a tile lie a bead's height apart: rounding must not part them."""
+if TYPE_CHECKING:  # it imports what compiles the routing
+    from slicer.travel import Plan
+
+SLACK_MM = 0.002
+"""Neighbours of a tile lie a bead's height apart: positions with three decimals must not part them."""
 LEAST_MM = 0.001
 """Positions are written with three decimals: what hangs over less cannot be drawn."""
 
@@ -39,7 +43,7 @@ def hanging(toolpaths: NDArray[np.float64], height_mm: NDArray[np.float64]) -> H
     n = len(toolpaths)
     if n == 0:
         return Hanging(np.empty(0), np.empty(0), np.empty((0, 2, 2)))
-    reach = height_mm * SLACK
+    reach = height_mm + SLACK_MM
     later, earlier = _neighbours(toolpaths, reach)
     first, last = _within(toolpaths[later], toolpaths[earlier], reach[later])
     of, begin, end = [later], [first], [last]
@@ -52,6 +56,24 @@ def hanging(toolpaths: NDArray[np.float64], height_mm: NDArray[np.float64]) -> H
     begin.append(np.ones(n))
     end.append(np.ones(n))
     return _gaps(np.concatenate(of), np.concatenate(begin), np.concatenate(end), toolpaths)
+
+
+def hanging_of(plan: "Plan", height_mm: NDArray[np.float64]) -> Hanging:
+    """What of a plan hangs. The hops that it extrudes carry and hang like toolpaths: what hangs of one counts
+    to the toolpath that it leads to.
+
+    Args:
+        height_mm: float64 (n,), the height of the bead of each toolpath, and of the hop to it.
+    """
+    n, joined = len(plan.toolpaths), np.flatnonzero(plan.joined)
+    hops = np.stack([plan.toolpaths[joined - 1, 1], plan.toolpaths[joined, 0]], axis=1)
+    laid = np.insert(plan.toolpaths, joined, hops, axis=0)
+    owner = np.insert(np.arange(n), joined, joined)
+    found = hanging(laid, height_mm[owner])
+    length, bridge = np.zeros(n), np.zeros(n)
+    np.add.at(length, owner, found.length_mm)
+    np.maximum.at(bridge, owner, found.bridge_mm)
+    return Hanging(length, bridge, found.pieces)
 
 
 def _neighbours(

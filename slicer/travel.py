@@ -73,6 +73,7 @@ def plan(
     join_mm: float = 0.0,
     ends: NDArray[np.bool_] | None = None,
     laid: NDArray[np.float64] | None = None,
+    downhill_deg: float = 90.0,
 ) -> Plan:
     """Route every travel of a printable sequence.
 
@@ -93,6 +94,7 @@ def plan(
         join_mm: the longest hop that is extruded; 0 for none.
         ends: see ``joins.joinable``.
         laid: float (n, 2, 2), the segments as they are laid, where pieces of toolpaths overlap.
+        downhill_deg: the steepest tilt at which a hop that is extruded may lead downwards.
 
     Raises:
         SlicerError: a negative clearance.
@@ -110,7 +112,7 @@ def plan(
     if join_mm > 0:
         from slicer.joins import joinable
 
-        may_join = joinable(segments, sequence, flip, body, join_mm, ends)
+        may_join = joinable(segments, sequence, flip, body, join_mm, ends, downhill_deg)
     # Of a point nozzle the room is never too small: joins take as much again.
     doublings, routed = int(may_join.any()), NO_ROOM
     while routed < 0:

@@ -43,6 +43,7 @@ class SliceFigures(Figures):
     dropped: int
     pieces: int
     beads: int
+    beads_bound: int
     joined_mm: float
     printed_mm: float
     travel_straight_mm: float
@@ -221,6 +222,7 @@ def of_sliced(sliced: "Sliced", file: str) -> SliceFigures:
         dropped=int(sliced.lines.dropped),
         pieces=len(sliced.lines.segments),
         beads=int(plan.beads),
+        beads_bound=sliced.fewest_beads,
         joined_mm=float(plan.joined_mm),
         printed_mm=float(plan.printed_mm),
         travel_straight_mm=float(plan.straight_mm),

@@ -198,7 +198,7 @@ def as_table(fits: Fits) -> str:
         "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
         for row in rows
     ]
-    return "\n".join([*lines, "", *limits_in_words(fits)])
+    return "\n".join([*lines, "", *limits_in_words(fits), *uncut_in_words(fits)])
 
 
 def _row(one: Fit) -> tuple[str, ...]:
@@ -228,6 +228,20 @@ def limits_in_words(fits: Fits) -> list[str]:
     return [*said, f"The widest cone on a tip of {fits.cone_tip_mm:g} mm that does: {cone}."]
 
 
+def uncut_in_words(fits: Fits) -> list[str]:
+    """Which of several nozzles print the sheet as it is, or else with the fewest pieces."""
+    if len(fits.nozzles) < 2:
+        return []
+    whole = [one.nozzle for one in fits.nozzles if one.in_cycles == 0]
+    if len(whole) == len(fits.nozzles):
+        return ["All of these nozzles print it without a cut."]
+    if whole:
+        return [f"Of these nozzles without a cut: {', '.join(whole)}."]
+    said = [(one.pieces, one.nozzle) for one in fits.nozzles if one.pieces is not None]
+    fewest = f"; the fewest pieces, {min(said)[0]}, with {min(said)[1]}" if said else ""
+    return [f"None of these nozzles prints it without a cut{fewest}."]
+
+
 def draw(fits: Fits, title: str) -> "Figure":
     """A bar for each nozzle: the share of toolpaths in cycles, and the seconds of travels."""
     from matplotlib.figure import Figure
@@ -250,6 +264,8 @@ def draw(fits: Fits, title: str) -> "Figure":
         right.annotate(
             cut or more, (one.travel_s or 0.0, k), (3, 0), textcoords="offset points", va="center", size=6
         )
+    right.margins(x=0.25)  # the numbers behind the bars stay within
+    right.set_xlim(left=0.0)
     right.set_xlabel("travel [s]")
     figure.suptitle(title + "\n" + "\n".join(limits_in_words(fits)), fontsize=8)
     return figure

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +24,10 @@ from slicer.cutting import overlapping
 from slicer.errors import SlicerError
 from slicer.grid import Grid
 from slicer.hatch import Hatch
+from slicer.joins import fewest_beads
 from slicer.sequence import Result
 from slicer.sequence.problem import Objective, Progress
-from slicer.support import hanging
+from slicer.support import hanging_of
 from slicer.travel import Plan
 from vslice import __version__, last_order
 from vslice.nozzle import body_of
@@ -151,9 +153,14 @@ def slice_grid(
         facts["nozzle"] = nozzle_name(profile)
     if sheet.meta != {}:
         facts["meta"] = meta_line(sheet.meta)
-    hangs = hanging(plan.toolpaths, made.height_mm)
+    hangs = hanging_of(plan, made.height_mm)
     pressing = pressing_of(made, profile)
-    return Sliced(sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled)
+    other = profiles.taken_over(profile_name, overrides)
+    spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
+    beads = fewest_beads(lines.segments, join_mm(profile, spacing), shaped.ends)
+    return Sliced(
+        sheet, shaped, result, plan, made, profile, facts, greedy, pressing, hangs, recalled, beads, other
+    )
 
 
 class Ordered(NamedTuple):
@@ -174,7 +181,11 @@ def ordered(
     search: Search,
     progress: Callable[[Progress], None] | None = None,
 ) -> Ordered:
-    """Make the toolpaths of a sheet printable with a profile's nozzle and order them."""
+    """Make the toolpaths of a sheet printable with a profile's nozzle and order them.
+
+    What cutting takes counts towards the time limit: the search has the rest of it.
+    """
+    begin = time.perf_counter()
     spacing = sheet.spacing_mm[lines.tile[:, 1], lines.tile[:, 0]]
     body = body_of(profile, spacing)
     nozzle = profile.nozzle
@@ -185,12 +196,15 @@ def ordered(
     objective = objective_of(profile, objective_name(search.objective), join)
     asked = last_order.asked(shaped.problem.body, profile.nozzle, objective, search, __version__)
     recalled = last_order.recall(lines.segments, shaped, asked) if search.recall else None
+    limit_s = search.time_limit_s
+    if limit_s is not None:
+        limit_s = max(0.0, limit_s - (time.perf_counter() - begin))
     result = sequence.solve(
         shaped.problem,
         initial=recalled,
         method=search.method,
         effort=search.effort,
-        time_limit_s=search.time_limit_s,
+        time_limit_s=limit_s,
         seed=search.seed,
         objective=objective,
         workers=search.workers,
@@ -218,6 +232,7 @@ def routed(sheet: Grid, shaped: Printable, result: Result, profile: Profile) -> 
         join_mm=join_mm(profile, spacing),
         ends=shaped.ends,
         laid=laid,
+        downhill_deg=profile.nozzle.downhill_deg,
     )
 
 

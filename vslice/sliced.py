@@ -1,13 +1,14 @@
 """A sliced sheet: its program's text, what the user should think about, and what the order gained."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import profiles
+from dialect.numbers import plain
 from gcode import advice, emit, program
 from gcode.pressing import Pressing
 from profiles import Profile
@@ -26,7 +27,8 @@ class Sliced:
     ``greedy`` is what `travel` would be in the order of the source paper's hill climbing, which is what
     people otherwise do. ``pressing`` is how deep the printed pushes into the nozzle by the check's own model;
     None for a nozzle without a body. ``recalled`` is whether the search started from the last order of the
-    same sheet.
+    same sheet. ``fewest_beads`` is how many any order makes at least. ``taken_over`` are dimensions of the
+    nozzle that a file of one's own has from what it extends.
     """
 
     sheet: Grid
@@ -40,6 +42,8 @@ class Sliced:
     pressing: Pressing | None
     hanging: Hanging
     recalled: bool
+    fewest_beads: int
+    taken_over: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def lines(self) -> Hatch:
@@ -79,6 +83,12 @@ class Sliced:
                 f"{self.facts['profile']} does not say [nozzle] tip_width_mm, so the nozzle is taken for a "
                 "point, and a real one may run into what is printed: give its dimensions, or --nozzle NAME "
                 "('vslice profiles nozzles' lists them; 0 keeps the point)."
+            )
+        if self.taken_over:
+            rest = ", ".join(f"{key} {plain(value)}" for key, value in self.taken_over.items())
+            found.append(
+                f"{self.facts['profile']} gives dimensions of [nozzle], but has {rest} from what it extends: "
+                "if your nozzle's differ, say them too (0 for none), or take a known one (--nozzle NAME)."
             )
         return found
 

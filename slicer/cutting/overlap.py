@@ -17,13 +17,14 @@ def overlapping(cut: Cut, order: ArrayLike, body: NozzleBody, overlap_mm: float)
     """Lengthen each piece over what was printed of its toolpath before, as far as nothing is in the way.
 
     Cuts are made where the nozzle just presses as deep as it may, so that there is room only where the pieces
-    were cut and ordered for a body that may press less: by ``overlap_mm``, see ``less_pressed``.
+    were cut and ordered for a body that may press less: by ``overlap_mm``, see ``less_pressed``. Half of each
+    piece stays its own, however short it is.
 
     Args:
         cut: the pieces.
         order: int (m,), the piece that is printed k-th.
         body: the nozzle.
-        overlap_mm: how far; no farther than the other piece reaches.
+        overlap_mm: how far; no farther than to the middle of the other piece.
 
     Returns:
         float64 (m, 2, 2), the pieces as they are to be laid.
@@ -41,7 +42,7 @@ def overlapping(cut: Cut, order: ArrayLike, body: NozzleBody, overlap_mm: float)
         late, early, end = (b, a, 0) if place[a] < place[b] else (a, b, 1)
         joint, other = cut.segments[late, end], cut.segments[early, end]
         length = float(np.hypot(*(other - joint)))
-        part = np.array([joint, joint + min(1.0, overlap_mm / length) * (other - joint)])
+        part = np.array([joint, joint + min(0.5, overlap_mm / length) * (other - joint)])
         reach = body.half_width + body.flank * min(body.length, 1e3) + body.shoulder + 1.0
         (x0, y0), (x1, _) = part.min(axis=0), part.max(axis=0)
         free = 1.0

@@ -10,21 +10,21 @@ from gcode.hanging import heights_mm, with_hanging
 from gcode.moves import Kind
 from gcode.preview import Drawing, draw_sequence
 from profiles.sections import Material
-from slicer.support import hanging
+from slicer.support import hanging_of
 
 SHEET = make_grid([[10, -40], [-25, 60]])
 
 
-def test_a_program_hangs_as_its_plan_does():
+@pytest.mark.parametrize("join_mm", [0.0, 1.0])
+def test_a_program_hangs_as_its_plan_does(join_mm):
     loaded = profiles.load("marlin-generic")
-    moves = read_lines(make_lines(SHEET, "marlin-generic"))
-    plan, _, _ = make_plan(SHEET)
+    moves = read_lines(make_lines(SHEET, "marlin-generic", f"motion.join_mm={join_mm}"))
+    plan, spacing, _ = make_plan(SHEET, join_mm=join_mm)
+    assert plan.joined.any() == (join_mm > 0)
     drawing = with_hanging(Drawing.of_moves(moves, loaded), moves, loaded.material)
-    expected = hanging(plan.toolpaths, heights_mm(moves, drawing.line, loaded.material))
     length = np.hypot(*(drawing.hanging[:, 1] - drawing.hanging[:, 0]).T).sum()
-    # Neighbours of a tile lie exactly a bead apart: as rounded, more of them would hang.
-    assert length == pytest.approx(expected.length_mm.sum(), abs=0.15)
-    assert length > 1.0
+    assert length == pytest.approx(hanging_of(plan, spacing).length_mm.sum(), abs=0.02)
+    assert length > 0.5
     figure = draw_sequence(drawing)
     assert f"hangs, {length:.1f} mm" in [text.get_text() for text in figure.legends[0].get_texts()]
     assert len(figure.axes[0].collections[-1].get_segments()) == len(drawing.hanging)

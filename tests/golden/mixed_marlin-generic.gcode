@@ -129,7 +129,7 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
-; nozzle.name = "brass-0.4"
+; nozzle.name = ""
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 45.0
 ; nozzle.cone_mm = 2.0
@@ -159,4 +159,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:bf428bfeb90706e1a9a00d2b26229c1be16e9ee2a0050fccc7e297a731c1b9e1
+; vslice profile end sha256:c64b405000fa6807aed21ee2704e2ba24d118b132ccd81accfde0536ba6cdb75

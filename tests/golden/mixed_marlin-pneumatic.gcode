@@ -181,7 +181,7 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.06
 ; motion.valve_close_s = 0.04
-; nozzle.name = "22G-25.4"
+; nozzle.name = ""
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 0.0
 ; nozzle.cone_mm = 0.0
@@ -211,4 +211,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M107"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:9da68c1fd35e048265050b63c76626df5089dfb3bdb36f1742a7a9b37e77acf0
+; vslice profile end sha256:0048080a8e47972940d2c89f60bbad2de0ab5befd5135776e3cd0d1fbf0aabc1

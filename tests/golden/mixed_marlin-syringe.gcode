@@ -124,7 +124,7 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
-; nozzle.name = "22G-25.4"
+; nozzle.name = ""
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 0.0
 ; nozzle.cone_mm = 0.0
@@ -154,4 +154,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = []
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:a79d45dc823e1eba6406b6ad36db5dd3fed47a21e1290b0d66e7e1742c405c4e
+; vslice profile end sha256:cca39ca572565679765f21c9bbe58f5cb4b940da439cd5d29a832ffb80595799

@@ -94,7 +94,7 @@ M84
 ; motion.firmware_retraction = false
 ; motion.valve_open_s = 0.05
 ; motion.valve_close_s = 0.05
-; nozzle.name = "brass-0.4"
+; nozzle.name = ""
 ; nozzle.tip_width_mm = 0.0
 ; nozzle.cone_deg = 45.0
 ; nozzle.cone_mm = 2.0
@@ -124,4 +124,4 @@ M84
 ; printer.build_axis_homes_up = false
 ; printer.stop_lines = ["M104 S0", "M140 S0"]
 ; printer.resume_home_lines = ["G28 X Y"]
-; vslice profile end sha256:2c87f6355da3c82f0e125acf9f647501289f564b5b81d9be400804110172c3e7
+; vslice profile end sha256:352541b1374d12884500fc586256b288bba7f2131e2ea31584be847ffd576cf2

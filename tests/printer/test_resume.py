@@ -386,6 +386,21 @@ def test_the_nozzle_comes_down_where_the_toolpath_begins_and_not_where_the_last_
         assert (across.split()[1], down.split()[1]) == (f"X{k + 0.5}", f"Z{k + 1}")
 
 
+def test_a_stop_behind_a_hop_that_was_extruded_does_not_go_back_over_it():
+    lines = ["G90", "M83"]
+    for k in range(30):
+        lines += [f";TOOLPATH {k}", ";JOIN", f"G1 X{k} Z{k + 0.5} E1", f"G1 X{k + 3} Z{k + 1} E1"]
+    program = make_program(lines)
+    for k in (5, 20):
+        hop = program.toolpaths[k]
+        for done, start in ((0, hop), (1, hop + 1), (2, hop + 2)):
+            job = entry(program, program.acknowledged_line(hop + done), "stopped")
+            plan = plan_resume(program, job, SAFETY, rebooted=False)
+            assert plan.start_at == start
+            assert "nothing is printed twice" in plan.text[1]
+            assert f"where toolpath {k + (done == 2)} begins" in plan.text[1]
+
+
 def test_homing_over_a_print_comes_after_rising_above_all_of_it():
     program = sheet()
     before = plan_resume(program, entry(program, 400), SAFETY, rebooted=True, height_mm=1.0).before

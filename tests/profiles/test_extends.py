@@ -4,6 +4,7 @@ import pytest
 
 import profiles
 from profiles import ProfileError
+from profiles.nozzles import nozzle_called
 
 
 def refused(file):
@@ -65,6 +66,47 @@ def test_what_is_wrong_further_up_says_how_it_was_come_to(tmp_path, monkeypatch)
     (tmp_path / "b.toml").unlink()
     (tmp_path / "b.toml").mkdir()
     assert refused("a.toml").startswith("a.toml -> b.toml: there is no such profile or file.")
+
+
+MINE = """extends = "marlin-generic"
+[nozzle]
+tip_width_mm = 0.5
+cone_deg = 0
+length_mm = 12.7
+shoulder_width_mm = 8
+"""
+
+
+def test_a_nozzle_of_ones_own_does_not_keep_the_name_of_the_one_that_it_changes(tmp_path):
+    (tmp_path / "mine.toml").write_text(MINE)
+    assert profiles.load(str(tmp_path / "mine.toml")).nozzle.name == ""
+    (tmp_path / "named.toml").write_text('extends = "mine.toml"\n[nozzle]\ncone_deg = 5\nname = "glass"\n')
+    assert profiles.load(str(tmp_path / "named.toml")).nozzle.name == "glass"
+    (tmp_path / "same.toml").write_text('extends = "marlin-generic"\n[nozzle]\ndownhill_deg = 40\n')
+    assert profiles.load(str(tmp_path / "same.toml")).nozzle.name == "brass-0.4"
+    for settings, name in (
+        (["nozzle.tip_width_mm=0.9"], ""),
+        (["nozzle.tip_width_mm=1.0", "nozzle.press_mm=0.1"], "brass-0.4"),
+        (["nozzle.tip_width_mm=0.9", 'nozzle.name="worn"'], "worn"),
+        ([*nozzle_called("25G").settings()], "25G"),
+        ([*nozzle_called("25G").settings(), "nozzle.length_mm=10"], ""),
+    ):
+        assert profiles.load("marlin-generic", settings).nozzle.name == name
+
+
+def test_what_is_left_of_another_nozzle_is_told(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(MINE)
+    assert profiles.taken_over(str(file)) == {"cone_mm": 2.0, "barrel_width_mm": 8.08}
+    assert profiles.taken_over(str(file), ["nozzle.cone_mm=0"]) == {"barrel_width_mm": 8.08}
+    assert profiles.taken_over(str(file), nozzle_called("25G").settings()) == {}
+    file.write_text(MINE + "cone_mm = 0\nbarrel_width_mm = 0\n")
+    assert profiles.taken_over(str(file)) == {}
+    (tmp_path / "above.toml").write_text('extends = "mine.toml"\n[nozzle]\ncone_deg = 5\n')
+    assert profiles.taken_over(str(tmp_path / "above.toml")) == {}
+    file.write_text('extends = "marlin-generic"\n[nozzle]\npress_mm = 0.1\n')
+    assert profiles.taken_over(str(file)) == {}
+    assert profiles.taken_over("paper", ["nozzle.tip_width_mm=1.0"]) == {}
 
 
 @pytest.mark.skipif(not __import__("pathlib").Path("/dev/zero").exists(), reason="no endless device here")

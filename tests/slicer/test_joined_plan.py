@@ -24,6 +24,8 @@ def test_a_meander_is_one_bead_up_to_the_longest_join():
     assert (made.joined_mm, made.routed_mm, made.straight_mm) == pytest.approx((0.2, 0.2, 0.4))
     assert plan(ROWS, [0, 1, 2, 3], [0, 1, 0, 1]).beads == 4
     assert plan(ROWS[:0], [], [], join_mm=1.0).beads == 0
+    falling = ROWS[::-1]
+    assert plan(falling, [0, 1, 2, 3], [0, 1, 0, 1], join_mm=0.15, downhill_deg=60).beads == 4
 
 
 def test_toolpaths_that_meet_are_one_bead_without_a_join():

@@ -1,6 +1,9 @@
 """Hops that may be extruded, held against every pair of a hop and a toolpath."""
 
+import itertools
+
 import numpy as np
+import pytest
 from fields import grids
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
@@ -9,9 +12,10 @@ from shapely.geometry import LineString, Point
 from slicer.cutting.hindering import hindering
 from slicer.errors import CycleError
 from slicer.hatch import hatch
-from slicer.joins import joinable
+from slicer.joins import fewest_beads, joinable
 from slicer.nozzle import POINT, NozzleBody
 from slicer.sequence import Problem, solve
+from slicer.travel import plan
 
 bodies = st.sampled_from(
     [POINT, NozzleBody.of(0.3, press_mm=0.1), NozzleBody.of(0.2, 30, 0.8, 2.0, 0.1), NozzleBody.of(0.5, 0)]
@@ -47,6 +51,54 @@ def test_a_join_hinders_nothing_that_comes_later(grid, body, seed):
         )
         in_the_way = hindering(body, np.ascontiguousarray(np.concatenate([hop[None], later])))[0].any()
         assert allowed[k] == (not crosses and not in_the_way), (hop, length)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_order_makes_fewer_beads_than_are_needed(seed):
+    random = np.random.default_rng(seed)
+    # Lines of their own columns in a row, so that every order can be printed.
+    x = np.cumsum(random.uniform(0.02, 0.3, 8)).reshape(4, 2)
+    lines = np.stack([x, random.uniform(0.0, 0.15, (4, 2))], axis=2)
+    join_mm = 0.25
+    found = min(
+        plan(lines, order, flipped, join_mm=join_mm).beads
+        for order in itertools.permutations(range(4))
+        for flipped in itertools.product([False, True], repeat=4)
+    )
+    bound = fewest_beads(lines, join_mm)
+    assert 1 <= bound <= found
+    gaps = np.hypot(*(lines[1:, 0] - lines[:-1, 1]).T)
+    if (gaps[:2] > join_mm).all() or (gaps <= join_mm).all():
+        assert bound == found, "rows that hang together by their neighbours alone"
+
+
+def test_beads_end_where_nothing_can_be_joined():
+    rows = np.array([[[0.0, y], [1.0, y]] for y in (0.0, 0.1, 0.2, 0.3)])
+    assert fewest_beads(rows, 0.15) == 1
+    assert fewest_beads(rows, 0.0) == fewest_beads(rows, 0.05) == 4
+    assert fewest_beads(rows[:3], 0.15) == 1
+    assert fewest_beads(rows[[0, 1, 3]], 0.15) == 2
+    cuts = np.ones((4, 2), np.bool_)
+    cuts[1] = False
+    assert fewest_beads(rows, 0.15, cuts) == 3
+    halves = np.array([[[0.0, 0.0], [0.5, 0.0]], [[0.5, 0.0], [1.0, 0.0]]])
+    assert fewest_beads(halves, 0.0) == 1
+    between = np.array([[[0.0, 0.0], [1.0, 0.0]], [[1.05, -1.0], [1.06, 1.0]], [[1.1, 0.0], [2.0, 0.0]]])
+    assert fewest_beads(between, 0.2) == 3, "a hop across a toolpath is never extruded"
+    assert fewest_beads(rows[:0], 1.0) == 0
+
+
+def test_a_hop_that_is_extruded_goes_no_more_steeply_downhill_than_a_toolpath():
+    steps = np.array([[[0.0, 0.0], [1.0, 0.0]], [[1.1, 0.0], [2.0, 0.3]], [[2.1, 0.0], [3.0, 0.0]]])
+    order, ahead, back = [0, 1, 2], [0, 0, 0], [1, 1, 1]
+    said = {}
+    for downhill in (90.0, 72.0, 71.0, 0.0):
+        said[downhill] = joinable(steps, order, ahead, POINT, 0.5, downhill_deg=downhill).tolist()
+    # Level, then 0.3 mm down over 0.1 mm, which is 71.6 degrees.
+    assert said[90.0] == said[72.0] == [False, True, True]
+    assert said[71.0] == said[0.0] == [False, True, False]
+    upwards = joinable(steps, order[::-1], back, POINT, 0.5, downhill_deg=0.0)
+    assert upwards.tolist() == [False, True, True]
 
 
 def test_no_hop_is_joined_where_none_may_be():

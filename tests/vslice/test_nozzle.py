@@ -8,9 +8,12 @@ import pytest
 
 import profiles
 from gcode.nozzle_body import depths, parts_of
+from profiles.nozzles import nozzle_called
 from profiles.sections import Nozzle
 from slicer.nozzle import press_depths
+from vslice import pipeline
 from vslice.nozzle import body_of
+from vslice.reading import read_grid
 
 GRID = '{"tile_mm": 2.0, "spacing_mm": 0.4, "angles_deg": [[-30, 20], [10, -40]]}'
 VALLEY = '{"tile_mm": 2.0, "spacing_mm": 0.2, "angles_deg": [[-60, 60]]}'
@@ -99,6 +102,68 @@ def test_the_check_sees_a_wider_nozzle_than_was_planned_for_and_tells_the_deepes
     assert "allowed 2.00" in err
 
 
+def test_a_program_that_does_not_say_how_high_its_beads_are_is_told_why_nothing_may_press(run):
+    write(VALLEY)
+    assert run("grid.json", "-o", "part.gcode", "--nozzle", "32G", "--method", "greedy")[0] == 0
+    words = ["check", "bare.gcode", "-p", "marlin-generic", "--nozzle", "32G"]
+    text = Path("part.gcode").read_text()
+    Path("bare.gcode").write_text("".join(k for k in text.splitlines(True) if not k.startswith(";")))
+    code, _, err = run(*words)
+    assert code == 1
+    assert err.count("says how high the beads are, so nothing may press") == 1
+    for more in (["--set", "nozzle.press_mm=0.1"], ["--set", "nozzle.press_mm=0.0"], ["--grid", "grid.json"]):
+        assert "says how high" not in run(*words, *more)[2]
+
+
+def test_a_bead_that_goes_on_into_another_spacing_is_fed_as_its_height_says(run):
+    write('{"tile_mm": 2.0, "spacing_mm": [[0.2, 0.4, 0.2]], "angles_deg": [[-20, -40, 10]]}')
+    words = ["grid.json", "-o", "part.gcode", "-p", "marlin-generic", "--nozzle", "32G", "--method", "greedy"]
+    assert run(*words, "--set", "motion.join_spacings=5")[0] == 0
+    text = Path("part.gcode").read_text()
+    joined = text.split(";TOOLPATH")[1:]
+    assert any(";HEIGHT" in part and ";JOIN" in part for part in joined[1:])
+    code, out, err = run("check", "part.gcode", "--grid", "grid.json")
+    assert (code, out) == (0, "")
+    assert "joins between hatch lines" in err
+
+
+@pytest.mark.parametrize(("limit", "left"), [(10.0, 7.0), (2.0, 0.0), (None, None)])
+def test_what_cutting_takes_counts_towards_the_time_limit(run, monkeypatch, limit, left):
+    write(VALLEY)
+    now = [100.0]
+    given = []
+    cuts, solves = pipeline.printable, pipeline.sequence.solve
+
+    def three_seconds(*words):
+        now[0] += 3.0
+        return cuts(*words)
+
+    def noted(*words, **more):
+        given.append(more.get("time_limit_s"))
+        return solves(*words, **more)
+
+    monkeypatch.setattr(pipeline.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(pipeline, "printable", three_seconds)
+    monkeypatch.setattr(pipeline.sequence, "solve", noted)
+    sheet = read_grid(Path("grid.json"))
+    profile = profiles.load("marlin-generic", nozzle_called("18G").settings())
+    search = pipeline.Search(method="local", effort="quick", time_limit_s=limit)
+    pipeline.ordered(sheet, pipeline.hatched(sheet), profile, search)
+    assert given == [left]
+
+
+def test_what_may_not_go_downhill_is_not_extruded_over_a_hop_either(run):
+    write('{"tile_mm": 2.0, "spacing_mm": 0.2, "angles_deg": [[-30, 40], [20, 80]]}')
+    words = ["grid.json", "-o", "part.gcode", "--nozzle", "32G", "--method", "greedy"]
+    words += ["--set", "motion.join_spacings=5"]
+    assert run(*words, "--set", "nozzle.downhill_deg=0")[0] == 0
+    assert run("check", "part.gcode", "--grid", "grid.json")[:2] == (0, "")
+    assert "joins between hatch lines" in run("check", "part.gcode", "--grid", "grid.json")[2]
+    assert run(*words)[0] == 0
+    code, out, _ = run("check", "part.gcode", "--set", "nozzle.downhill_deg=0")
+    assert (code, "extrudes downhill" in out) == (1, True)
+
+
 def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
     write(GRID)
     Path("lab.toml").write_text('[gcode]\nstart = ["G28", "M109 S200"]\n[motion]\nprime_mm = 0\n')
@@ -106,6 +171,17 @@ def test_a_profile_of_ones_own_without_a_nozzle_is_told_once(run):
     assert run(*words)[2].count("lab.toml does not say [nozzle] tip_width_mm") == 1
     assert "tip_width_mm" not in run(*words, "--set", "nozzle.tip_width_mm=0")[2]
     assert "does not say" not in run(*words, "--nozzle", "32G")[2]
+
+
+def test_what_a_profile_of_ones_own_has_of_another_nozzle_is_told_once(run):
+    write(GRID)
+    Path("lab.toml").write_text('extends = "marlin-generic"\n[nozzle]\ntip_width_mm = 0.3\ncone_deg = 0\n')
+    words = ["grid.json", "-o", "part.gcode", "-p", "lab.toml", "--method", "greedy"]
+    _, _, err = run(*words)
+    rest = "cone_mm 2, length_mm 5, barrel_width_mm 8.08, shoulder_width_mm 23"
+    assert err.count(f"lab.toml gives dimensions of [nozzle], but has {rest} from what it extends") == 1
+    assert "nozzle             0.3 mm wide: presses" in err
+    assert "from what it extends" not in run(*words, "--nozzle", "32G")[2]
 
 
 def test_the_planner_gets_the_body_of_the_profile():
@@ -156,6 +232,23 @@ def test_nozzles_are_compared_and_the_widest_is_found(run):
         assert run("grid.json", "-o", "part.gcode", "-q", *words)[0] == ends
     _, out, _ = run("nozzles", "grid.json", "--only", "32G")
     assert "The widest blunt needle that prints it without a cut" in out
+
+
+def test_the_table_of_nozzles_says_which_cut_nothing(run):
+    write(VALLEY)
+    assert run("nozzles", "grid.json", "--only", "18G,32G,30G")[1].splitlines()[-1] == (
+        "Of these nozzles without a cut: 32G, 30G."
+    )
+    words = ["nozzles", "grid.json", "--only", "18G,brass-0.4"]
+    least = min(json.loads(run(*words, "--json")[1])["nozzles"], key=lambda one: one["pieces"])
+    assert run(*words)[1].splitlines()[-1] == (
+        "None of these nozzles prints it without a cut; the fewest pieces, "
+        f"{least['pieces']}, with {least['nozzle']}."
+    )
+    assert "these nozzles" not in run("nozzles", "grid.json", "--only", "18G")[1]
+    assert run("nozzles", "grid.json", "--only", "32G,30G")[1].splitlines()[-1] == (
+        "All of these nozzles print it without a cut."
+    )
 
 
 def test_conflicts_are_drawn_for_a_nozzle_with_a_body(run):

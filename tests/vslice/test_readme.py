@@ -40,6 +40,19 @@ def test_the_console_block_is_what_the_commands_print(tmp_path, monkeypatch, cap
         assert lines == printed, words
 
 
+def test_the_choice_of_a_needle_is_what_the_command_prints(tmp_path, monkeypatch, capfd):
+    from vslice.cli import main
+
+    (words, printed), _ = commands_of((ROOT / "docs" / "nozzle.md").read_text())
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main(words[1:])
+    assert not ended.value.code
+    assert capfd.readouterr().out.splitlines() == printed
+    assert (tmp_path / "nozzles.png").stat().st_size > 10_000
+
+
 def test_the_python_example_runs_outside_the_checkout(tmp_path, monkeypatch, capsys):
     text = (ROOT / "README.md").read_text()
     assert "in a file outside the checkout" in text

@@ -97,4 +97,9 @@ def command(
     )
     if report.pressing is not None:
         say(f"nozzle {pressed(report.pressing, profile)}")
+        if report.pressing.allowed_mm == 0 and profile.nozzle.press_mm is None:
+            say(
+                "Neither program, grid nor profile says how high the beads are, so nothing may press into "
+                "the nozzle: --set nozzle.press_mm= says how deep, usually half a bead's height."
+            )
     sys.exit(1 if wrong else 0)

@@ -78,7 +78,13 @@ if TYPE_CHECKING:  # it imports all that is heavy
 @click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(0, MOST_SEED), help="For random numbers."
 )
-@click.option("--time-limit", "time_limit_s", type=seconds, metavar="S", help="End the search early.")
+@click.option(
+    "--time-limit",
+    "time_limit_s",
+    type=seconds,
+    metavar="S",
+    help="End the search early; cutting counts too.",
+)
 @click.option(
     "--workers",
     default=1,
@@ -258,7 +264,8 @@ def _rows(sliced: "Sliced") -> dict[str, str]:
     # Rounded first, so that what is shown adds up.
     parts = [round(seconds, 1) for seconds in made.times]
     printing, between, other = parts
-    joined = f"  ({plan.joined_mm:.1f} mm of hops extruded)" if plan.joined.any() else ""
+    least = f"at least {sliced.fewest_beads} in any order"
+    joined = f"  ({plan.joined_mm:.1f} mm of hops extruded; {least})" if plan.joined.any() else f"  ({least})"
     rows = {
         "toolpaths": f"{sliced.printable.hatch_lines}{dropped}",
         "beads": f"{plan.beads}{joined}",

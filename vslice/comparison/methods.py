@@ -235,6 +235,7 @@ def _laid_out(problem: Problem, result: Result, machine: Machine) -> tuple[float
         body=problem.body,
         join_mm=machine.join_mm,
         ends=ends,
+        downhill_deg=profile.nozzle.downhill_deg,
     )
     spacing = (
         np.full(problem.n, profile.material.width_mm) if spacing_mm is None else spacing_mm[result.order]

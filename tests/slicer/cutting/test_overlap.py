@@ -47,6 +47,19 @@ def test_later_pieces_reach_over_earlier_ones_as_far_as_is_free():
             assert not any(stands(BODY, done.segments[q], extra) for q in printed)
 
 
+def test_half_of_a_piece_stays_its_own_however_far_the_others_are_to_reach():
+    inner = less_pressed(BODY, 0.09)
+    done = cut(PAIR, inner)
+    order = solve(Problem.build(done.segments, body=inner)).order
+    laid = overlapping(done, order, BODY, 0.09)
+    length = np.hypot(*(done.segments[:, 1] - done.segments[:, 0]).T)
+    assert length.min() < 0.09, "some are shorter than the overlap"
+    reached = np.hypot(*(laid - done.segments).transpose(2, 0, 1))
+    assert reached.max() > 0.01
+    assert (reached[1:, 0] <= length[:-1] / 2 + 1e-9).all()
+    assert (reached[:-1, 1] <= length[1:] / 2 + 1e-9).all()
+
+
 def test_no_more_overlap_than_can_be_pressed():
     with pytest.raises(SlicerError, match="below press_mm, 0.1"):
         less_pressed(BODY, 0.1)
