@@ -65,8 +65,9 @@ def search_by_surrogates(
             return
         if search.near_enough or (name == own and inner.lower_bound > 0.0 and search.effort != "high"):
             break  # see above
-    if carrying is not None and not search.near_enough:
-        # States know what is printed, so this method sees the true cost of every travel.
+    if carrying is not None and (carrying is method or not search.near_enough):
+        # States know what is printed, so this method sees the true cost of every travel. Whoever asks for it
+        # by name wants its proof.
         carrying(search)
     if refined:
         raise_relaxed_bound(search)
