@@ -4,13 +4,14 @@ usage: python benchmarks/other_solvers.py PYTHON [--objective straight] [--secon
            [--solvers NAMES] [--profile marlin-generic]
 
 PYTHON is an interpreter that has numpy, ortools and didppy, in an environment of its own; what it lacks is
-left out and named. Each solver runs once on each sheet, in a process of its own, from our greedy order where it
-can start from one. Its time limit is by the wall, the seconds of the table are those of the processor.
+left out and named. Each solver runs once on each sheet, in a process of its own, from our greedy order
+where it can start from one. Its time limit is by the wall, the seconds of the table are those of the
+processor.
 
-With ``--objective time`` travels cost the seconds that the profile's machine takes from stop to stop, with its
-retraction, between every pair of ends: straight travel alone, since what is printed is in no matrix. Every
-order is checked and measured by us, not by its solver: by the matrix, and over what is printed too. Our own
-search minimises the latter, so its figure by the matrix is no minimum.
+With ``--objective time`` travels cost the seconds that the profile's machine takes from stop to stop, with
+its retraction, between every pair of ends: straight travel alone, since what is printed is in no matrix.
+Every order is checked and measured by us, not by its solver: by the matrix, and over what is printed too.
+Our own search minimises the latter, so its figure by the matrix is no minimum.
 """
 
 import argparse
