@@ -159,8 +159,8 @@ class Relaxation:
         ]
         start = np.cumsum([0, *map(len, rows)])
         self._model.addCols(
-            m, self.lengths(travels), np.zeros(m), np.full(m, np.inf),
-            int(start[-1]), start[:-1].astype(np.int32), np.concatenate(rows).astype(np.int32), np.ones(start[-1]),
+            m, self.lengths(travels), np.zeros(m), np.full(m, np.inf), int(start[-1]),
+            start[:-1].astype(np.int32), np.concatenate(rows).astype(np.int32), np.ones(start[-1]),
         )  # fmt: skip
         self.travels = np.concatenate([self.travels, travels])
         return True
@@ -188,7 +188,9 @@ def quiet_model() -> Any:
     """A model of HiGHS that prints nothing and keeps to one thread, so that it gives the same every time."""
     import highspy
 
-    model = highspy.Highs()
+    # Once it sets up callbacks, of which we use none, it names itself on stdout, where tables go.
+    quiet = type("Quiet", (highspy.Highs,), {"enableCallbacks": lambda model: None})
+    model = quiet()
     model.silent()
     model.setOptionValue("threads", 1)
     return model

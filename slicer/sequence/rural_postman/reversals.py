@@ -58,7 +58,7 @@ class Path(NamedTuple):
 def anneal_without_precedence(
     path: Path, state: NDArray[np.uint64], kicks: int, heat: float, cooled: float
 ) -> float:
-    """Descend, then let blocks change places and descend again ``kicks`` times; how much shorter the best one is.
+    """Descend, then let blocks change places and descend again ``kicks`` times; what the best gains in mm.
 
     What makes the path longer by d is kept with probability exp(-d / heat), where ``heat`` in mm goes down to
     ``cooled``. The path is the best one in the end.
