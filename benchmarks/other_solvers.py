@@ -29,8 +29,7 @@ from sequence import ROOT, load, reference, walk
 
 import profiles
 from slicer.sequence import Problem, solve
-from slicer.sequence.problem import Objective, true_cost
-from slicer.sequence.problem.travel_cost import direct_cost, direct_sum
+from slicer.sequence.problem import Objective, direct_cost, direct_sum, true_cost
 from vslice.objective import objective_of
 
 SOLVERS = {
