@@ -1,7 +1,7 @@
 """Measure the sequencer on reference instances, tissue grids and random walks: a table in Markdown on stdout.
 
 usage: python benchmarks/sequence.py [--effort default] [--method auto] [--seeds 10] [--sizes 20 40]
-           [--walks 4x4:5 6x6:3] [--only NAMES] [--json FILE] [--peers PYTHON [--peer-seconds 30]]
+           [--walks 4x4:5 6x6:3] [--only NAMES] [--json FILE]
 
 Each row is an instance, in a process of its own, so that its peak memory is its own: medians over all seeds
 of travel, bound, the gap between the two of each run, and processor seconds. Small parts of the instance are
@@ -9,16 +9,11 @@ ordered before, which loads the code; a process before the first one compiles wh
 
 Sheets of ``--sizes`` tiles a side follow the source paper's random walk. ``--walks 4x4:5`` adds those of
 seeds 1 to 5, and a table of how many of them were proved optimal in every run, and the slowest of all runs.
-
-``--peers`` names an interpreter that has numpy, ortools and didppy, in an environment of their own. Another
-table then shows what these solvers find on reference instances, one run each, from our greedy order where
-they can start from one. Every order is checked and measured by us, not by its solver.
 """
 
 import argparse
 import json
 import math
-import os
 import re
 import statistics
 import subprocess
@@ -39,9 +34,6 @@ from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
 
 ROOT = Path(__file__).parents[1]
-
-PEERS = {"OR-Tools routing": "routing.py", "OR-Tools CP-SAT": "cp_sat.py", "DIDPPy CABS": "dynamic.py"}
-PEER_INSTANCES = ("2x2_s1", "3x3_s1", "4x4_s1", "10x10_s1")
 
 HEADINGS = (
     "instance", "toolpaths", "J median", "J best", "J / n", "bound", "gap", "proved", "seconds", "peak MB",
@@ -108,8 +100,6 @@ def main() -> None:
     parser.add_argument("--walks", type=walks_of, nargs="*", default=[], metavar="COLSxROWS:WALKS")
     parser.add_argument("--only", default="*", help="names of instances, with wildcards")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write machine and every run there too")
-    parser.add_argument("--peers", metavar="PYTHON", help="interpreter that has the peers installed")
-    parser.add_argument("--peer-seconds", type=float, default=30.0, help="time limit of each peer's solver")
     parser.add_argument("--one", metavar="NAME", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.seeds < 1:
@@ -140,8 +130,6 @@ def main() -> None:
         settings = {"method": options.method, "effort": options.effort, "seeds": options.seeds}
         whole = {"machine": about, "settings": settings, "instances": rows}
         options.json.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
-    if options.peers:
-        compare_peers(options.peers, options.peer_seconds)
 
 
 def in_own_process(name: str) -> str:
@@ -208,65 +196,6 @@ def table_of_walks(walks: list[tuple[int, int, int]], rows: dict[str, Row]) -> s
             memory = max(row["peak_mb"] for row in same)
             lines.append(f"| {cols}x{tiles_up} | {proved} of {len(same)} | {slowest:.2f} | {memory:.0f} |")
     return "\n".join(lines)
-
-
-def compare_peers(python: str, limit_s: float) -> None:
-    """Run each peer on each instance of ``PEER_INSTANCES``, in a process of its own, and print a table."""
-    known = instances([], [])
-    missing: dict[str, str] = {}
-    print(f"\nPeers, {limit_s:g} s each:\n")
-    print("| instance | method | J | bound | proved | seconds |")
-    print("|---|---|---|---|---|---|")
-    for name in PEER_INSTANCES:
-        for peer, script in PEERS.items():
-            if peer not in missing:
-                outcome = peer_row(python, script, known[name](), limit_s)
-                if outcome.startswith(("ModuleNotFoundError", "no interpreter")):
-                    missing[peer] = outcome
-                else:
-                    print(f"| {name} | {peer} {outcome} |", flush=True)
-    for peer, reason in missing.items():
-        print(f"\n{peer} skipped: {reason}")
-
-
-def peer_row(python: str, script: str, problem: Problem, limit_s: float) -> str:
-    """Version and the cells after it of one run; or why there are none."""
-    start = solve(problem, method="greedy")
-    task = {
-        "segments": problem.segments.tolist(),
-        "edges": problem.edges.tolist(),
-        "first": problem.first,
-        "time_limit_s": limit_s,
-        "initial": [[int(s), bool(f)] for s, f in zip(start.order, start.flipped, strict=True)],
-    }
-    try:
-        run = subprocess.run(
-            [python, str(ROOT / "benchmarks" / "peers" / script)],
-            input=json.dumps(task),
-            capture_output=True,
-            text=True,
-            timeout=3 * limit_s + 120,  # reading and making the model is not in the solver's limit
-            env={key: value for key, value in os.environ.items() if key != "PYTHONPATH"},
-        )
-    except OSError as error:
-        return f"no interpreter {python} ({error.strerror})"
-    except subprocess.TimeoutExpired:
-        return "| not ended in time | | | "
-    if run.returncode:
-        lines = run.stderr.strip().splitlines() or [f"ended with {run.returncode}"]
-        return lines[-1] if lines[-1].startswith("ModuleNotFoundError") else f"| {lines[-1]} | | | "
-    answer = json.loads(run.stdout)
-    travel = "nothing found"
-    if answer["order"] is not None:
-        order = np.array([s for s, _ in answer["order"]], np.int64)
-        refused = problem.refusal(order)
-        if refused is None:
-            travel = f"{problem.travel_mm(order, [f for _, f in answer['order']]):.3f}"
-        else:
-            travel = f"invalid: {refused}"
-    bound = "" if answer["bound"] is None else f"{answer['bound']:.3f}"
-    proved = "yes" if answer["proved"] else "no"
-    return f"{answer['version']} | {travel} | {bound} | {proved} | {answer['seconds']:.1f}"
 
 
 if __name__ == "__main__":

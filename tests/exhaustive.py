@@ -93,6 +93,7 @@ def least_cost(
     skyline=True,
     before=None,
     allowed=None,
+    travel=None,
 ):
     """The least cost over all linear extensions and directions; infinite where there is none.
 
@@ -100,6 +101,8 @@ def least_cost(
     with one set and one last oriented toolpath only the cheapest is carried on; none else is left out.
     ``last`` is the oriented toolpath, 2 * index + flipped, to end with. ``before``, bool (n, n), is the
     precedence, of a nozzle that is a point where None is given; ``allowed``, bool (n, 2), the directions.
+    ``travel`` costs a travel in place of ``travel_cost``: of the set that is printed, as bits, and both oriented
+    toolpaths.
     """
     n = len(segments)
     before = relation(segments) if before is None else before
@@ -121,9 +124,11 @@ def least_cost(
                 if printed >> s & 1 or under[s] & ~printed:
                     continue
                 for g in np.flatnonzero(allowed[s]).tolist():
-                    total = cost + travel_cost(
-                        objective, lines, segments[u, 1 - f], segments[s, g], skyline=skyline
-                    )
+                    if travel is None:
+                        ends = segments[u, 1 - f], segments[s, g]
+                        total = cost + travel_cost(objective, lines, *ends, skyline=skyline)
+                    else:
+                        total = cost + travel(printed, 2 * u + f, 2 * s + g)
                     node = (printed | 1 << s, s, g)
                     if total < following.get(node, np.inf):
                         following[node] = total

@@ -37,7 +37,7 @@ def main() -> None:
         literal = task.new_bool_var("")
         circuit.append((u, v, literal))
         literals.append(literal)
-        costs.append(int(model.length[u, v]))
+        costs.append(int(model.cost[u, v]))
         task.add(position[v >> 1] == position[u >> 1] + 1).only_enforce_if(literal)
         if used:
             task.add_hint(literal, used.get(u) == v)
@@ -80,7 +80,7 @@ def candidates(model: Model) -> tuple[NDArray[np.int64], bool]:
     follows = np.repeat(np.repeat(model.follows, 2, axis=0), 2, axis=1)
     if follows.sum() <= MOST_ARCS:
         return np.argwhere(follows), True
-    length = np.where(follows, model.length, np.iinfo(np.int64).max)
+    length = np.where(follows, model.cost, np.iinfo(np.int64).max)
     nearest = np.argpartition(length, NEAREST, axis=1)[:, :NEAREST]
     kept = np.zeros_like(follows)
     np.put_along_axis(kept, nearest, True, axis=1)

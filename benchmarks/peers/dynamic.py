@@ -26,7 +26,7 @@ def main() -> None:
     at = task.add_element_var(object_type=node, target=nowhere)
 
     arcs = np.zeros((2 * n + 1, 2 * n + 1), np.int64)
-    arcs[:-1, :-1] = model.length
+    arcs[:-1, :-1] = model.cost
     length = task.add_int_table(arcs.tolist())
     enter, leave, pair = shortest(model)
     to_enter = task.add_int_table(enter.tolist())
@@ -70,7 +70,7 @@ def shortest(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArra
     """
     n, far = model.n, 10**9
     follows = np.repeat(np.repeat(model.follows, 2, axis=0), 2, axis=1)
-    arcs = np.where(follows, model.length, far)
+    arcs = np.where(follows, model.cost, far)
     enter = arcs.min(axis=0, initial=far).reshape(n, 2).min(axis=1)
     enter[[v >> 1 for v in model.starts]] = 0
     leave = arcs.min(axis=1, initial=far)

@@ -8,15 +8,17 @@ nothing of this project:
 The problem is read from the file named on the command line, or else from stdin:
 
     {"segments": (n, 2, 2), "edges": [[a, b], ...], "first": number or null, "time_limit_s": number,
-     "initial": [[toolpath, flipped], ...]}
+     "initial": [[toolpath, flipped], ...], "cost": (2n, 2n)}
 
 ``edges`` is the covering relation: a is printed before b. ``initial`` is the order to start from, and may
-be missing. The answer goes to stdout:
+be missing. ``cost`` is that of the travel from the end of one oriented toolpath to the entry of another, in
+whole numbers of 1e-6 of its unit; where it is missing, travels cost their straight length. The answer goes
+to stdout:
 
     {"order": [[toolpath, flipped], ...] or null, "bound": number or null, "proved": bool,
      "seconds": number, "version": text}
 
-A toolpath s printed in direction f is node ``2 * s + f``; exactly one of its two nodes is visited. Lengths
+A toolpath s printed in direction f is node ``2 * s + f``; exactly one of its two nodes is visited. Costs
 are whole numbers of 1e-6 units, as most of these solvers require. ``seconds`` are those of the processor,
 with the making of the model; the time limit is for the solver alone.
 """
@@ -41,7 +43,7 @@ class Model:
 
     Attributes:
         n: the number of toolpaths.
-        length: int64 (2n, 2n), from where a node is left to where another is entered, times ``SCALE``.
+        cost: int64 (2n, 2n), from where a node is left to where another is entered, times ``SCALE``.
         before: list of (a, b) of toolpaths; where the first is given, it comes before all others.
         first: the toolpath to begin with, or None.
         ancestors: bool (n, n); [a, b] where a must be printed before b, at any distance.
@@ -51,7 +53,7 @@ class Model:
     """
 
     n: int
-    length: NDArray[np.int64]
+    cost: NDArray[np.int64]
     before: list[tuple[int, int]]
     first: int | None
     ancestors: NDArray[np.bool_]
@@ -80,16 +82,20 @@ def read() -> Model:
     if first is not None:
         above = {b for _, b in before}
         before += [(first, s) for s in range(n) if s != first and s not in above]
-    enter = segments.reshape(2 * n, 2)
-    leave = segments[:, ::-1].reshape(2 * n, 2)
-    distance = np.hypot(*(enter[None, :] - leave[:, None]).transpose(2, 0, 1))
+    if "cost" in data:
+        cost = np.array(data["cost"], np.int64).reshape(2 * n, 2 * n)
+    else:
+        enter = segments.reshape(2 * n, 2)
+        leave = segments[:, ::-1].reshape(2 * n, 2)
+        distance = np.hypot(*(enter[None, :] - leave[:, None]).transpose(2, 0, 1))
+        cost = np.rint(distance * SCALE).astype(np.int64)
     ancestors = _closure(n, before)
     # b cannot follow a directly where it comes before a, or where others must come in between.
     between = (ancestors.astype(np.float32) @ ancestors.astype(np.float32)) > 0
     follows = ~(ancestors.T | between | np.eye(n, dtype=bool))
     return Model(
         n,
-        np.rint(distance * SCALE).astype(np.int64),
+        cost,
         before,
         first,
         ancestors,
@@ -103,7 +109,7 @@ def write(
     model: Model, nodes: Iterable[int] | None, *, bound: float | None, proved: bool, version: str
 ) -> None:
     """The answer to stdout. ``bound`` is in scaled units; None where the solver has none that is valid."""
-    # Each of the n - 1 rounded lengths may be half a unit too long.
+    # Each of the n - 1 rounded costs may be half a unit too long.
     lower = None if bound is None else max(0.0, (bound - 0.5 * model.n) / SCALE)
     answer: dict[str, Any] = {
         "order": None if nodes is None else [[node >> 1, bool(node & 1)] for node in nodes],

@@ -20,7 +20,7 @@ def main() -> None:
     manager = pywrapcp.RoutingIndexManager(2 * n + 1, 1, depot)
     routing = pywrapcp.RoutingModel(manager)
     # A matrix, not a callback: asking Python for every arc would be most of the time.
-    matrix = [[*row, 0] for row in model.length.tolist()] + [[0] * (2 * n + 1)]
+    matrix = [[*row, 0] for row in model.cost.tolist()] + [[0] * (2 * n + 1)]
     routing.SetArcCostEvaluatorOfAllVehicles(routing.RegisterTransitMatrix(matrix))
     routing.AddConstantDimension(1, n + 1, True, "position")
     position = routing.GetDimensionOrDie("position")

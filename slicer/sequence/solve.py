@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slicer.errors import SequenceError
+from slicer.sequence.bound import raise_cheap_bound
 from slicer.sequence.construct import greedy, multistart, start_greedily
 from slicer.sequence.layered import beam, exact
 from slicer.sequence.local_search import local
@@ -166,6 +167,7 @@ def _search(search: Search, method: str) -> None:
         if not search.started:
             start_greedily(search)
     try:
+        raise_cheap_bound(search)
         search.report("end")
     except KeyboardInterrupt:
         search.stopped = True

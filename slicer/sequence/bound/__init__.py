@@ -7,11 +7,12 @@ They keep to the precedence inside a block of columns, and leave out what joins 
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.relaxed_bound import raise_relaxed_bound
 from slicer.sequence.bound.streamed_bound import raise_streamed_bound
-from slicer.sequence.bound.tree_bound import TreeBound
+from slicer.sequence.bound.tree_bound import TreeBound, raise_cheap_bound
 
 __all__ = [
     "PairBound",
     "TreeBound",
+    "raise_cheap_bound",
     "raise_relaxed_bound",
     "raise_streamed_bound",
 ]

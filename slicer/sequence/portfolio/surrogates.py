@@ -70,7 +70,8 @@ def search_by_surrogates(
             break  # see above
     # States know what is printed, so the carrying method sees the true cost of every travel. Where the goal
     # itself was searched, the method has come to it already, and once more pays only from a better sequence.
-    if carrying is not None and not search.near_enough and search.cost < carried:
+    # Whoever asks for it by name wants its proof.
+    if carrying is not None and search.cost < carried and (carrying is method or not search.near_enough):
         carrying(search)
     if refined:
         raise_relaxed_bound(search)

@@ -2,10 +2,14 @@
 
 Without precedence the problem is the rural postman problem on the plane (Orloff, Networks 4, 1974): what a
 printable sequence travels beyond it is the price of printability.
+
+The bound is that of a linear program where HiGHS is installed (the extra ``postman``), else a spanning
+tree's.
 """
 
 import time
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +17,23 @@ from numpy.typing import NDArray
 from slicer.nozzle import POINT
 from slicer.sequence.bound import TreeBound
 from slicer.sequence.problem import Draws, Objective, Problem, compressed, neighbours, random_state
-from slicer.sequence.rural_postman.reversals import Path, improve_without_precedence
+from slicer.sequence.rural_postman.relaxation import Relaxation
+from slicer.sequence.rural_postman.reversals import Path, anneal_without_precedence
 
 KICKS = {"quick": 100, "default": 1_000, "high": 10_000}
 """For each toolpath."""
 AT_ONCE = 50_000
+HEAT = 0.8
+"""What a kick may cost at the beginning, of the mean length of a toolpath; nothing in the end. Without it the
+path soon stays as it is, whatever the number of kicks: lines side by side are passed to and fro, and to come
+out at another end many travels have to change together.
+"""
 STEPS = {"quick": 100, "default": 500, "high": 2_000}
-"""Of the bound's ascent."""
+"""Of the ascent of a tree's bound."""
+ROUNDS = {"quick": 40, "default": 150, "high": 1_000}
+"""Of the linear program."""
+PROGRAM_UP_TO = {"quick": 800, "default": 4_000, "high": 8_000}
+"""Toolpaths up to which its solutions take less than a minute or so."""
 LOG = 100_000
 """Ranges turned round between two kicks; there are a few dozen."""
 
@@ -70,14 +84,24 @@ def without_precedence(
         queue=np.empty(n + 1, np.int32),
         queued=np.zeros(n, np.bool_),
         fixed=0 if problem.first is None else 1,
+        best=sequence.copy(),
     )
     if n > 1:
         state = random_state(seed, Draws.RURAL_POSTMAN)
-        for done in range(0, kicks := KICKS[effort] * n, AT_ONCE):  # Ctrl-C comes through between
-            improve_without_precedence(path, state, min(AT_ONCE, kicks - done))
+        steps = free.segments[:, 1] - free.segments[:, 0]
+        length = float(np.hypot(steps[:, 0], steps[:, 1]).mean())
+        kicks = KICKS[effort] * n
+        for done in range(0, kicks, AT_ONCE):  # Ctrl-C comes through between
+            part = min(AT_ONCE, kicks - done)
+            heat, cooled = (HEAT * length * (1.0 - at / kicks) for at in (done, done + part))
+            anneal_without_precedence(path, state, part, heat, cooled)
     order, flipped = (sequence >> 1).astype(np.int64), (sequence & 1).astype(np.bool_)
     travel = free.travel_mm(order, flipped)
-    bound = _bound(free, travel, STEPS[effort]) if n > 1 else 0.0
+    bound = 0.0
+    if n > 1:
+        programmed = n <= PROGRAM_UP_TO[effort] and find_spec("highspy") is not None
+        bound = _programmed(free, path, ROUNDS[effort]) if programmed else _bound(free, travel, STEPS[effort])
+        bound = min(bound, travel)
     return Unordered(order, flipped, travel, bound, time.perf_counter() - begin)
 
 
@@ -102,4 +126,23 @@ def _bound(free: Problem, travel_mm: float, steps: int) -> float:
     tree = TreeBound(free, Objective().cost_model)
     for _ in range(steps):
         tree.improve(travel_mm)
-    return min(tree.bound, travel_mm)
+    return tree.bound
+
+
+def _programmed(free: Problem, path: Path, rounds: int) -> float:
+    """The bound of a linear program that begins with travels between near ends, and those of the path."""
+    entered, left = path.sequence.astype(np.int64), path.sequence.astype(np.int64) ^ 1
+    n2 = 2 * free.n
+    begins = np.zeros(n2, np.bool_)
+    begins[free.starts] = True
+    near = np.stack([np.repeat(np.arange(n2), path.near.shape[1]), path.near.reshape(-1)], axis=1)
+    ends = np.arange(n2)
+    travels = [
+        near[near[:, 1] >= 0],
+        np.stack([left[:-1], entered[1:]], axis=1),
+        np.stack([ends[begins], np.full(begins.sum(), n2)], axis=1),
+        np.stack([ends, np.full(n2, n2 + 1)], axis=1),
+    ]
+    relaxed = Relaxation(path.points, begins, np.concatenate(travels))
+    relaxed.raise_bound(rounds)
+    return relaxed.bound

@@ -2,7 +2,8 @@
 (2-opt; Croes, Operations Research 6, 1958), and up to three toolpaths go elsewhere (Or-opt; Or, 1976).
 
 Precedence forbids almost all of these moves, so the search for printable sequences has none of them. All are
-made of one, ``_turn``, which a log takes back.
+made of one, ``_turn``, which a log takes back. Kicks that make the path longer are kept less and less often
+(Kirkpatrick, Gelatt and Vecchi, Science 220, 1983).
 
 An endpoint's number is twice its toolpath's, plus 1 for the second one; so an oriented toolpath is entered at
 the endpoint of its own number and left at that of ``oriented ^ 1``.
@@ -38,6 +39,7 @@ class Path(NamedTuple):
         queue: int32 (n + 1,), toolpaths to be looked at, in a ring.
         queued: bool (n,), which are there.
         fixed: how many positions at the beginning stay as they are.
+        best: int32 (n,), the shortest sequence that there has been.
     """
 
     points: NDArray[np.float64]
@@ -49,47 +51,67 @@ class Path(NamedTuple):
     queue: NDArray[np.int32]
     queued: NDArray[np.bool_]
     fixed: int
+    best: NDArray[np.int32]
 
 
 @kernel
-def improve_without_precedence(path: Path, state: NDArray[np.uint64], kicks: int) -> float:
-    """Descend, then let blocks change places and descend again ``kicks`` times; how much was gained in mm.
+def anneal_without_precedence(
+    path: Path, state: NDArray[np.uint64], kicks: int, heat: float, cooled: float
+) -> float:
+    """Descend, then let blocks change places and descend again ``kicks`` times; what the best gains in mm.
 
-    A kick that does not pay is taken back, so the path never gets longer.
+    What makes the path longer by d is kept with probability exp(-d / heat), where ``heat`` in mm goes down to
+    ``cooled``. The path is the best one in the end.
     """
     n = len(path.sequence)
     for s in range(n):
         path.queue[s] = s
         path.queued[s] = True
+        path.best[s] = path.sequence[s]
     gained = _descend(path, n)
-    for _ in range(kicks):
-        free = n - path.fixed
-        if free < 4:
+    best = 0.0
+    for done in range(kicks + 1):
+        if gained > best + LEAST_GAIN:
+            best = gained
+            for s in range(n):
+                path.best[s] = path.sequence[s]
+        if n - path.fixed < 4 or done == kicks:
             break
         path.turns[0] = 0
-        longest = min(KICK, free // 3)
-        i = path.fixed + int(draw(state) * (free - 2 * longest))
-        middle = i + 1 + int(draw(state) * longest)
-        k = min(n, middle + 1 + int(draw(state) * longest))
-        change = -_around(path, i, middle, k)
-        _turn(path, i, k - 1)
-        split = i + k - middle
-        _turn(path, i, split - 1)
-        _turn(path, split, k - 1)
-        change += _around(path, i, split, k)
-        count = 0
-        for at in (i - 1, i, split - 1, split, k - 1, k):
-            if 0 <= at < n and not path.queued[path.sequence[at] >> 1]:
-                path.queue[count] = path.sequence[at] >> 1
-                path.queued[path.queue[count]] = True
-                count += 1
-        gain = _descend(path, count) - change
-        if gain < 0.0:
+        gain = _kick(path, state)
+        if gain < 0.0 and -gain > -np.log(max(draw(state), 1e-300)) * (heat + (cooled - heat) * done / kicks):
             for t in range(path.turns[0] - 1, -1, -1):
                 _turn_back(path, path.turned[t, 0], path.turned[t, 1])
         else:
             gained += gain
-    return gained
+    for s in range(n):
+        path.sequence[s] = path.best[s]
+        path.position[path.best[s] >> 1] = s
+    return best
+
+
+@inner_kernel
+def _kick(path: Path, state: NDArray[np.uint64]) -> float:
+    """Let two neighbouring blocks change places and descend from there; the gain of both together."""
+    n = len(path.sequence)
+    free = n - path.fixed
+    longest = min(KICK, free // 3)
+    i = path.fixed + int(draw(state) * (free - 2 * longest))
+    middle = i + 1 + int(draw(state) * longest)
+    k = min(n, middle + 1 + int(draw(state) * longest))
+    change = -_around(path, i, middle, k)
+    _turn(path, i, k - 1)
+    split = i + k - middle
+    _turn(path, i, split - 1)
+    _turn(path, split, k - 1)
+    change += _around(path, i, split, k)
+    count = 0
+    for at in (i - 1, i, split - 1, split, k - 1, k):
+        if 0 <= at < n and not path.queued[path.sequence[at] >> 1]:
+            path.queue[count] = path.sequence[at] >> 1
+            path.queued[path.queue[count]] = True
+            count += 1
+    return _descend(path, count) - change
 
 
 @inner_kernel

@@ -13,9 +13,9 @@ from slicer import grid
 from slicer.errors import CycleError
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
-from slicer.sequence.bound import raise_relaxed_bound, relaxed_bound
+from slicer.sequence.bound import raise_relaxed_bound, relaxed_bound, tree_bound
 from slicer.sequence.bound.pair_bound import PairBound
-from slicer.sequence.bound.tree_bound import TreeBound
+from slicer.sequence.bound.tree_bound import STEPS, TreeBound, raise_tree_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.search import Search
@@ -160,3 +160,34 @@ def test_a_sheet_too_large_for_counts_gets_a_tree(monkeypatch, limit):
     monkeypatch.setattr(PairBound, "over", None)
     search = raised(steep(2, 3, 4), GOALS["time"])
     assert 0.0 < search.lower_bound < search.cost
+
+
+@pytest.mark.parametrize("method", ["greedy", "multistart", "local", "mcts", "aco"])
+@pytest.mark.parametrize("name", ["straight", "routed", "time"])
+def test_methods_that_bound_nothing_themselves_come_with_one(method, name):
+    problem, goal = steep(2, 3, 3, 0.2), GOALS[name]
+    result = solve(problem, method=method, effort="quick", objective=goal)
+    best = solve(problem, method="auto", objective=goal)
+    assert result.lower_bound is not None
+    assert 0.3 * best.cost < result.lower_bound <= best.cost
+
+
+def test_even_where_no_time_is_left(monkeypatch):
+    problem = steep(2, 3, 3, 0.2)
+    result = solve(problem, method="greedy", objective=GOALS["time"], time_limit_s=0.0)
+    assert result.stopped
+    assert 0.0 < result.lower_bound < result.cost
+    monkeypatch.setattr(tree_bound, "LATE_UP_TO", problem.n - 1)
+    assert solve(problem, method="greedy", objective=GOALS["time"], time_limit_s=0.0).lower_bound is None
+
+
+def test_a_tree_aims_no_higher_than_its_bound_can_follow():
+    """Greedy costs so much more than the optimum that steps towards it overshoot."""
+    problem = steep(3, 4, 1)
+    search = Search(problem, objective=GOALS["time"], effort="quick")
+    start_greedily(search)
+    raise_tree_bound(search)
+    far = TreeBound(problem, GOALS["time"].cost_model)
+    for _ in range(STEPS["quick"]):
+        far.improve(search.cost)
+    assert search.lower_bound > 1.01 * far.bound
