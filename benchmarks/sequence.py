@@ -1,11 +1,14 @@
 """Measure the sequencer on reference instances, tissue grids and random walks: a table in Markdown on stdout.
 
 usage: python benchmarks/sequence.py [--effort default] [--method auto] [--seeds 10] [--sizes 20 40]
-           [--walks 4x4:5 6x6:3] [--only NAMES] [--json FILE]
+           [--walks 4x4:5 6x6:3] [--only NAMES] [--json FILE] [--objective straight] [--profile paper]
 
 Each row is an instance, in a process of its own, so that its peak memory is its own: medians over all seeds
 of travel, bound, the gap between the two of each run, and processor seconds. Small parts of the instance are
 ordered before, which loads the code; a process before the first one compiles what is not compiled yet.
+
+With another ``--objective`` than straight travel, costs and bounds are its own, on the machine of
+``--profile`` with a nozzle that is a point.
 
 Sheets of ``--sizes`` tiles a side follow the source paper's random walk. ``--walks 4x4:5`` adds those of
 seeds 1 to 5, and a table of how many of them were proved optimal in every run, and the slowest of all runs.
@@ -23,20 +26,23 @@ from collections.abc import Callable
 from fnmatch import fnmatch
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from machine import machine, peak_mb
 
+import profiles
 from slicer import grid
 from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
+from slicer.sequence.problem import Objective, ObjectiveName
+from vslice.objective import objective_of
 
 ROOT = Path(__file__).parents[1]
 
 HEADINGS = (
-    "instance", "toolpaths", "J median", "J best", "J / n", "bound", "gap", "proved", "seconds", "peak MB",
+    "instance", "toolpaths", "median", "best", "median / n", "bound", "gap", "proved", "seconds", "peak MB",
 )  # fmt: skip
 PARTS = (60, 300)
 """Toolpaths of the parts whose ordering calls all that ordering the whole will call."""
@@ -95,6 +101,8 @@ def main() -> None:
     )
     parser.add_argument("--effort", default="default")
     parser.add_argument("--method", default="auto")
+    parser.add_argument("--objective", choices=get_args(ObjectiveName), default="straight")
+    parser.add_argument("--profile", default="paper", help="whose machine it is, for routed travel and time")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--sizes", type=int, nargs="*", default=[])
     parser.add_argument("--walks", type=walks_of, nargs="*", default=[], metavar="COLSxROWS:WALKS")
@@ -111,12 +119,16 @@ def main() -> None:
         if options.one in known:
             print(json.dumps(measure(known[options.one](), options)))
         else:
-            load(walk(6, 6, 1), options.method)
+            load(walk(6, 6, 1), options)
         return
     names = [name for name in known if fnmatch(name, options.only)]
     about = machine()
     print(", ".join(f"{key} {value}" for key, value in about.items()))
-    print(f"method {options.method}, effort {options.effort}, medians of {options.seeds} seeds\n")
+    goal = goal_of(options)
+    print(
+        f"{goal.name} in {goal.unit}, method {options.method}, effort {options.effort}, "
+        f"medians of {options.seeds} seeds\n"
+    )
     print("| " + " | ".join(HEADINGS) + " |\n" + "|---" * len(HEADINGS) + "|", flush=True)
     rows: dict[str, Row] = {}
     if names:
@@ -127,7 +139,8 @@ def main() -> None:
     if options.walks:
         print("\n" + table_of_walks(options.walks, rows))
     if options.json is not None:
-        settings = {"method": options.method, "effort": options.effort, "seeds": options.seeds}
+        asked = ("objective", "profile", "method", "effort", "seeds")
+        settings = {name: getattr(options, name) for name in asked}
         whole = {"machine": about, "settings": settings, "instances": rows}
         options.json.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
 
@@ -138,44 +151,50 @@ def in_own_process(name: str) -> str:
     return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
-def load(problem: Problem, method: str) -> None:
+def goal_of(options: argparse.Namespace) -> Objective:
+    """What is minimised."""
+    return objective_of(profiles.load(options.profile), options.objective)
+
+
+def load(problem: Problem, options: argparse.Namespace) -> None:
     """Load the code, or compile it: order parts of a sheet that are closed downwards, as greedy prints it."""
     order = solve(problem, method="greedy").order
     for toolpaths in PARTS:
         part = Problem.build(problem.segments[np.sort(order[:toolpaths])])
-        solve(part, method=method, effort="quick")
+        solve(part, method=options.method, objective=goal_of(options), effort="quick")
 
 
 def measure(problem: Problem, options: argparse.Namespace) -> Row:
     """Every run of one instance, and the most memory that this process ever had."""
-    load(problem, options.method)
-    row: Row = {"toolpaths": problem.n, "travel_mm": [], "bound_mm": [], "proved": [], "seconds": []}
+    load(problem, options)
+    goal = goal_of(options)
+    row: Row = {"toolpaths": problem.n, "cost": [], "bound": [], "proved": [], "seconds": []}
     for seed in range(options.seeds):
         begin = time.process_time()
-        result = solve(problem, method=options.method, effort=options.effort, seed=seed)
+        result = solve(problem, method=options.method, objective=goal, effort=options.effort, seed=seed)
         row["seconds"].append(time.process_time() - begin)
-        row["travel_mm"].append(result.travel_mm)
-        row["bound_mm"].append(result.lower_bound_mm)
+        row["cost"].append(result.cost)
+        row["bound"].append(result.lower_bound)
         row["proved"].append(result.proved)
     return row | {"peak_mb": peak_mb()}
 
 
 def cells(row: Row) -> list[str]:
     """What a row of the table holds after the name of the instance; nothing where there is no bound."""
-    travel, seeds = statistics.median(row["travel_mm"]), len(row["travel_mm"])
-    bounds = [math.nan if bound is None else bound for bound in row["bound_mm"]]
+    median, seeds = statistics.median(row["cost"]), len(row["cost"])
+    bounds = [math.nan if bound is None else bound for bound in row["bound"]]
     gaps = [
-        100 * (mm - bound) / bound if bound > 0 else 0.0 if mm == bound else math.inf
-        for mm, bound in zip(row["travel_mm"], bounds, strict=True)
+        100 * (cost - bound) / bound if bound > 0 else 0.0 if cost == bound else math.inf
+        for cost, bound in zip(row["cost"], bounds, strict=True)
     ]
     bound, gap = "", ""
     if not any(map(math.isnan, bounds)):
         bound, gap = f"{statistics.median(bounds):.3f}", f"{statistics.median(gaps):.2f} %"
     return [
         str(row["toolpaths"]),
-        f"{travel:.3f}",
-        f"{min(row['travel_mm']):.3f}",
-        f"{travel / row['toolpaths']:.4f}",
+        f"{median:.3f}",
+        f"{min(row['cost']):.3f}",
+        f"{median / row['toolpaths']:.4f}",
         bound,
         gap,
         f"{sum(row['proved'])} of {seeds}",

@@ -24,8 +24,8 @@ def script():
 def row(travel, bounds, seconds=(1.0, 2.0, 4.0), proved=(False, False, False)):
     return {
         "toolpaths": 10,
-        "travel_mm": list(travel),
-        "bound_mm": list(bounds),
+        "cost": list(travel),
+        "bound": list(bounds),
         "seconds": list(seconds),
         "proved": list(proved),
         "peak_mb": 99.6,
@@ -40,9 +40,9 @@ def test_travel_bound_and_gap_are_medians_each_of_its_own(script):
     got = cells(script, [12.0, 11.0, 15.0], [10.0, 8.0, 9.0])  # gaps 20, 37.5 and 66.67 %
     assert got == {
         "toolpaths": "10",
-        "J median": "12.000",
-        "J best": "11.000",
-        "J / n": "1.2000",
+        "median": "12.000",
+        "best": "11.000",
+        "median / n": "1.2000",
         "bound": "9.000",
         "gap": "37.50 %",
         "proved": "0 of 3",
