@@ -3,7 +3,6 @@
 import importlib
 import os
 import socket
-import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -52,17 +51,14 @@ def work(
 def ready(call: str) -> Function:
     """The function of a task; the first time in a process, after the module's ``warm_up`` where it has one.
 
-    One process of a machine at a time warms up, so that machine code which is kept on disk is compiled once.
+    Processes that warm up at once wait for each other kernel by kernel where one is compiled, see
+    ``slicer.machine_code``, and load what is there side by side.
     """
     module_name, _, name = call.partition(":")
     module = importlib.import_module(module_name)
     if call not in _warm:
         if hasattr(module, "warm_up"):
-            from locket import lock_file
-
-            user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "")
-            with lock_file(str(Path(tempfile.gettempdir()) / f"vslice-study-{user}.lock")):
-                module.warm_up()
+            module.warm_up()
         _warm.add(call)
     function: Function = getattr(module, name)
     return function

@@ -78,7 +78,7 @@ def test_a_run_names_the_machine_and_writes_what_it_prints(script, tmp_path):
     about, settings, _, *table = done.stdout.splitlines()
     for name in ("date", "cpu", "cores", "python", "numpy", "numba", "shapely"):
         assert name in about
-    assert settings == "method auto, effort default, medians of 2 seeds"
+    assert settings == "straight in mm, method auto, effort default, medians of 2 seeds"
     whole = json.loads((tmp_path / "all.json").read_text())
     assert list(whole["instances"]) == ["2x2_s1", "walk 2x2 seed 1", "walk 2x2 seed 2"]
     for line, (name, measured) in zip(table[2:5], whole["instances"].items(), strict=True):
