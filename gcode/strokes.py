@@ -17,6 +17,8 @@ if TYPE_CHECKING:  # it imports shapely, which a program alone does not take
 MATCH_MM = 0.01
 STRAIGHT_MM = 0.002
 ROUNDING_MM = 0.0015
+ROUNDED_MM = 0.00075
+"""So far a point moves at most when its coordinates are written with three decimals."""
 
 
 class Stroke(NamedTuple):
@@ -275,7 +277,7 @@ def _assign(
     a, b, distance = _near(target, found)
     owner = np.full(len(target), -1, np.intp)
     used = np.zeros(len(found), np.bool_)
-    distance = np.where(distance <= ROUNDING_MM, 0.0, distance)
+    distance = np.where(distance <= ROUNDED_MM, 0.0, distance)
     for k in np.lexsort((b, a, distance)):
         t, f = int(a[k]), int(b[k])
         if owner[t] < 0 and not used[f]:

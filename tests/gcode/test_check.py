@@ -1,5 +1,6 @@
 """The check accepts what is right, and finds and names every kind of damage."""
 
+import math
 import re
 
 import numpy as np
@@ -31,6 +32,13 @@ def kinds(found):
 def test_every_sheet_passes(profile, sheet):
     assume(len(hatch(sheet).segments))
     assert violations(make_lines(sheet, profile), profile, sheet) == []
+
+
+def test_lines_a_thousandth_apart_are_told_apart():
+    """Two steep lines on either side of a border that only one of them reaches over."""
+    nan = math.nan
+    grid = make_grid([[nan, 0, 90], [nan, nan, nan], [nan, 89.97, -89.9]], spacing=0.2, tile=(2.0, 1.0))
+    assert violations(make_lines(grid, "marlin-generic"), "marlin-generic", grid) == []
 
 
 def test_the_other_plane_passes_too():

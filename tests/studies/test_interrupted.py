@@ -35,7 +35,8 @@ CLIENT = """
         try:
             with elsewhere(address) as client:
                 run(study(marks), CALL, kept, client)
-        except StudyError:
+        except StudyError as error:
+            import traceback; traceback.print_exc(file=sys.stdout)
             sys.exit(3)
 """
 
@@ -108,7 +109,7 @@ def test_five_interruptions_change_nothing(tmp_path, seed):
                 before.append({x: times[x] for x in have})
                 client = children(CLIENT, folder, there.address, marks)
         (tmp_path / "open").touch()
-        assert client.wait(90) == 0
+        assert client.wait(90) == 0, client.stdout.read()
         times = computed(marks)
         for then in before:
             assert {x: times[x] for x in then} == then, "what had come back was computed again"

@@ -37,5 +37,8 @@ def test_a_proof_does_not_depend_on_the_scale(scale):
     segments = scale * np.array([[[x, y], [x + 0.9, y + 0.2]] for x in range(3) for y in range(3)])
     proved = solve(segments, method="exact", first=None)
     assert proved.proved
-    greedy = solve(segments, method="greedy", first=None)
-    assert not greedy.proved
+    narrow = solve(segments, method="beam", effort="quick", first=None)
+    assert narrow.proved == (narrow.cost == proved.cost)
+    above = solve(segments, method="greedy", first=3)
+    assert above.cost > 1.01 * proved.cost
+    assert not above.proved
