@@ -100,7 +100,7 @@ def _answer(worker: str, future: Future, client: Client) -> BaseException | None
             error = None
         except (OSError, CancelledError):
             raise StudyError(GONE) from None
-        if future.status in ("cancelled", "lost"):
+        if future.status == "cancelled":
             raise StudyError(GONE)
         if future.done():
             return None if isinstance(error, KilledWorker) else error

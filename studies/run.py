@@ -108,6 +108,10 @@ class _Runner:
                     continue
                 self._heard = time.monotonic()
                 for future, rows in zip(back, self._gather(back), strict=True):
+                    if rows is None and future.status in ("lost", "pending"):
+                        # Its rows died with their worker, and Dask has them computed again.
+                        future.add_done_callback(self._back.put)
+                        continue
                     _, parcel = self._away.pop(future.key)
                     self._take(future, parcel, rows)
                     future.release()
@@ -185,7 +189,7 @@ class _Runner:
             fit = math.ceil(min(wanted_s / max(mean, 1e-6), MOST_IN_PARCEL))
             self._size = max(1, min(fit, 4 * self._size))
             return
-        if future.status in ("cancelled", "lost"):
+        if future.status == "cancelled":
             raise StudyError(GONE)
         error = future.exception()
         if parcel[0][1] not in self._tries:

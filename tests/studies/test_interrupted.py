@@ -36,7 +36,7 @@ CLIENT = """
             with elsewhere(address) as client:
                 run(study(marks), CALL, kept, client)
         except StudyError as error:
-            import traceback; traceback.print_exc(file=sys.stdout)
+            print(error)
             sys.exit(3)
 """
 

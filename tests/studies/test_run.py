@@ -12,7 +12,7 @@ from study_processes import Served, children
 
 from studies import Factor, Study, StudyError
 from studies.cluster import elsewhere, local_cluster
-from studies.run import run
+from studies.run import _Runner, run
 from studies.store import Store, load
 
 CALL = "study_functions:square"
@@ -97,6 +97,28 @@ def test_a_worker_that_nobody_starts_again_is_replaced(tmp_path):
         standing = run(asked, CALL, store, client)
     assert nanny.status.name == "closed"
     assert (standing.done, standing.failed) == (150, 0)
+
+
+def test_rows_that_die_with_their_worker_before_they_are_fetched_are_computed_again(tmp_path, monkeypatch):
+    come_back, killed = _Runner._come_back, []
+
+    def late(runner):
+        back = come_back(runner)
+        if back and not killed:
+            killed.extend(client.run(os.getpid).values())
+            for victim in killed:
+                os.kill(victim, signal.SIGKILL)
+            end = time.monotonic() + 60.0
+            while any(future.status == "finished" for future in back) and time.monotonic() < end:
+                time.sleep(0.02)
+        return back
+
+    monkeypatch.setattr(_Runner, "_come_back", late)
+    asked = study(40)
+    with local_cluster(1, 1000) as client, Store(tmp_path, asked, FIGURES, "1") as store:
+        standing = run(asked, CALL, store, client)
+    assert killed
+    assert (standing.done, standing.failed) == (40, 0)
 
 
 def test_what_waits_behind_tasks_that_kill_their_worker_is_not_blamed(tmp_path):
