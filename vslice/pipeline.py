@@ -131,7 +131,7 @@ def slice_grid(
     tile = lines.tile[result.order]
     made = program.build(plan, profile, sheet.spacing_mm[tile[:, 1], tile[:, 0]], tile, problem.body)
     # The same search of an order that the result came out of, but for its method: what it is compared with.
-    simple = sequence.solve(problem, method="greedy", objective=objective)
+    simple = sequence.solve(problem, method="greedy", objective=objective, bounded=False)
     greedy_plan, greedy_made = laid_out(sheet, shaped, simple, profile)
     greedy = in_its_unit(result.objective, greedy_plan, greedy_made)
     facts = {

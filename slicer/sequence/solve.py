@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +58,7 @@ def solve(
     objective: ObjectiveName | Objective = "straight",
     progress: Callable[[Progress], None] | None = None,
     workers: int = 1,
+    bounded: bool = True,
 ) -> Result:
     """Order and orient toolpaths so that the nozzle travels little between them.
 
@@ -80,6 +82,7 @@ def solve(
         progress: called now and then with the cost of the best sequence so far.
         workers: processes, each with a seed of its own; the best result is kept. No more run than the machine
             has cores and free memory for, and a ``SequenceWarning`` says so; see ``allowed_workers``.
+        bounded: whether a method that has no lower bound of its own is given one, which takes time.
 
     Raises:
         CrossingError: two toolpaths cross or overlap.
@@ -107,9 +110,9 @@ def solve(
     if problem.n == 0:
         search.offer(np.empty(0, np.int32))
     elif workers > 1 and problem.n > 1:
-        run_workers(search, _search, method, workers)
+        run_workers(search, partial(_search, bounded=bounded), method, workers)
     else:
-        _search(search, method)
+        _search(search, method, bounded=bounded)
     return _result(search, method, time.perf_counter() - begin)
 
 
@@ -148,7 +151,7 @@ def _known(bound: float, cost: float, unit: str, method: str) -> float | None:
     return min(bound, cost) if bound > 0.0 or cost == 0.0 else None
 
 
-def _search(search: Search, method: str) -> None:
+def _search(search: Search, method: str, *, bounded: bool) -> None:
     """Run a method and tell how it ended; Ctrl-C ends it with the best so far, or with greedy's sequence."""
     try:
         if search.objective.routed and search.problem.n > 1:
@@ -167,7 +170,8 @@ def _search(search: Search, method: str) -> None:
         if not search.started:
             start_greedily(search)
     try:
-        raise_cheap_bound(search)
+        if bounded:
+            raise_cheap_bound(search)
         search.report("end")
     except KeyboardInterrupt:
         search.stopped = True

@@ -131,7 +131,7 @@ def runs(methods: Sequence[str], seeds: int, objective: ObjectiveName) -> list[t
 
 def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, machine: Machine) -> None:
     """Load, or compile, the code of methods on small parts of a sheet, so that no run is charged for it."""
-    order = sequence.solve(problem, method="greedy").order
+    order = sequence.solve(problem, method="greedy", bounded=False).order
     for toolpaths in sorted({min(part, problem.n) for part in PARTS}):
         # What greedy prints first is closed downwards, so it is a sheet like the whole.
         part = Problem.build(

@@ -37,7 +37,9 @@ def table_one(seeds: int) -> str:
         rows = []
         for seed in range(seeds):
             result = sequence.solve(
-                problem_of(hatch(random_walk(tiles, tiles, seed=seed)).segments, "corner"), method="greedy"
+                problem_of(hatch(random_walk(tiles, tiles, seed=seed)).segments, "corner"),
+                method="greedy",
+                bounded=False,
             )
             if result.stopped:
                 raise KeyboardInterrupt
@@ -163,7 +165,7 @@ def _hill_climbed(sheet: Grid) -> "Figure":
     from gcode import preview
 
     lines = hatch(sheet)
-    result = sequence.solve(problem_of(lines.segments, "corner"), method="greedy")
+    result = sequence.solve(problem_of(lines.segments, "corner"), method="greedy", bounded=False)
     made = travel.plan(lines.segments, result.order, result.flipped).toolpaths
     straight = [np.array([made[k - 1, 1], made[k, 0]]) for k in range(1, len(made))]
     drawing = preview.Drawing(made, straight, list(range(1, len(made))))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel, kernel
-from slicer.sequence.bound.pair_costs import BlockCosts
+from slicer.sequence.bound.pair_costs import BlockCosts, column_of, no_detours
 from slicer.sequence.problem import CostModel
 from slicer.sequence.states import (
     FREE,
@@ -48,7 +48,7 @@ def measure_detours(
     """
     start = _rows(blocks)
     if start[-1] > MOST:
-        return np.zeros_like(start), np.empty(0, np.float32)
+        return no_detours(blocks)
     detour = np.empty(start[-1], np.float32)
     travels = Travels(section.segments, section.cost_model, most)
     _fill(blocks, block_costs, travels, sky, sets_of_states(blocks, sets), start, detour)
@@ -59,9 +59,9 @@ def still_there(
     before: Blocks, block_costs: BlockCosts, blocks: Blocks
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """The detours of those states, ends and steps that are left of ``before``."""
-    start = _rows(blocks)
     if len(block_costs.detour) == 0:
-        return np.zeros_like(start), block_costs.detour
+        return no_detours(blocks)
+    start = _rows(blocks)
     detour = np.empty(start[-1], np.float32)
     _copy(before, block_costs, blocks, start, detour)
     return start, detour
@@ -95,13 +95,11 @@ def _fill(
             at = start[s]
             for x in range(blocks.value_start[s] + OUTSIDE, blocks.value_start[s + 1]):
                 u = blocks.value_path[x]
-                path, u_column = blocks.path[low + (u >> 1)], _column(blocks, k, u >> 1)
+                path, u_column = blocks.path[low + (u >> 1)], column_of(blocks, k, u)[0]
                 row = block_costs.arc_start[k] + u * stride
                 for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
-                    to, v_column = (
-                        blocks.path[low + blocks.move_path[m]],
-                        _column(blocks, k, blocks.move_path[m]),
-                    )
+                    to = blocks.path[low + blocks.move_path[m]]
+                    v_column = column_of(blocks, k, 2 * blocks.move_path[m])[0]
                     known = _is_known(sky, (u_column, v_column), (left, right))
                     shared = u_column == v_column and _is_seam(block_costs, u_column)
                     for f in range(2):
@@ -135,16 +133,6 @@ def _is_known(sky: Skylines, columns: tuple[int, int], block: tuple[int, int]) -
 @inner_kernel
 def _is_seam(block_costs: BlockCosts, column: int) -> bool:
     return bool(block_costs.pair_start[column + 1] > block_costs.pair_start[column])
-
-
-@inner_kernel
-def _column(blocks: Blocks, k: int, path: int) -> int:
-    """The column of a toolpath in block k's numbers."""
-    c = blocks.bounds[k]
-    while path >= blocks.column_size[c]:
-        path -= blocks.column_size[c]
-        c += 1
-    return int(c)
 
 
 @bare_kernel

@@ -139,6 +139,16 @@ def no_detours(blocks: Blocks) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
 
 
 @inner_kernel
+def column_of(blocks: Blocks, k: int, u: int) -> tuple[int, int]:
+    """The column of a block's oriented toolpath u, and u's number in that column."""
+    c = blocks.bounds[k]
+    while u >= 2 * blocks.column_size[c]:
+        u -= 2 * blocks.column_size[c]
+        c += 1
+    return c, u
+
+
+@inner_kernel
 def detour_row(blocks: Blocks, block_costs: BlockCosts, s: int, x: int) -> int:
     """Where the detours from value x of state s begin, a pair for each step of the state; -1 for none."""
     if len(block_costs.detour) == 0:

@@ -10,6 +10,7 @@ from slicer.sequence.bound.pair_costs import (
     LEAVE_LEFT,
     LEAVE_RIGHT,
     BlockCosts,
+    column_of,
     detour_row,
 )
 from slicer.sequence.bound.pair_dp import Ends
@@ -120,8 +121,8 @@ def _pay_arc(
     prices = block_costs.pair_start[-1]
     stride = (block_costs.visits - prices) // 4
     right = blocks.bounds[k + 1]
-    u_column, u_local = _column_of(blocks, k, u)
-    v_column, v_local = _column_of(blocks, k, v)
+    u_column, u_local = column_of(blocks, k, u)
+    v_column, v_local = column_of(blocks, k, v)
     pairs = block_costs.pair_start[u_column]
     u_seam = block_costs.pair_start[u_column + 1] > pairs
     v_seam = block_costs.pair_start[v_column + 1] > block_costs.pair_start[v_column]
@@ -137,13 +138,3 @@ def _pay_arc(
     if v_seam:
         way = ENTER_LEFT if rightward else ENTER_RIGHT
         subgradient[prices + way * stride + 2 * blocks.path[low + (v >> 1)] + (v & 1)] -= 1.0
-
-
-@inner_kernel
-def _column_of(blocks: Blocks, k: int, u: int) -> tuple[int, int]:
-    """The column of a block's oriented toolpath u, and u's number in that column."""
-    c = blocks.bounds[k]
-    while u >= 2 * blocks.column_size[c]:
-        u -= 2 * blocks.column_size[c]
-        c += 1
-    return c, u

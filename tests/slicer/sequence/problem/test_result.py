@@ -42,3 +42,11 @@ def test_a_proof_does_not_depend_on_the_scale(scale):
     above = solve(segments, method="greedy", first=3)
     assert above.cost > 1.01 * proved.cost
     assert not above.proved
+
+
+def test_a_method_has_a_bound_of_the_tree_unless_it_is_not_wanted():
+    segments = np.array([[[x, y], [x + 0.9, y + 0.2]] for x in range(3) for y in range(3)])
+    with_it, without = (solve(segments, method="greedy", bounded=wanted) for wanted in (True, False))
+    assert 0.0 < with_it.lower_bound <= with_it.cost
+    assert without.lower_bound is None
+    assert (with_it.order == without.order).all()
