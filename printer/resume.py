@@ -2,7 +2,7 @@
 
 import math
 import re
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -12,6 +12,7 @@ from printer.commands import Program
 from printer.errors import JournalError, ResumeError
 from printer.journal import LINES_PER_SYNC
 from printer.protocol import clean
+from printer.reached import commands_carried_out
 from printer.records import Entry
 from printer.replay import MOTION, WAITING, Replay, behind_travels, highest, replay, words
 from printer.resume_told import way, where_it_goes_on
@@ -57,18 +58,19 @@ def check_unchanged(program: Program, entry: Entry) -> None:
         )
 
 
-def start_of_work(program: Program, entry: Entry) -> int:
+def start_of_work(program: Program, entry: Entry, carried_out: int | None = None) -> int:
     """The index of the command at which the toolpath begins that was under way.
 
-    Acknowledged is not executed: unless the job was stopped in a controlled way, the moves in the planner
-    may be lost, so the count goes back by its depth first.
+    Acknowledged is not executed: unless the job was stopped in a controlled way, or the printer tells how
+    many commands it has ``carried_out``, the moves in the planner may be lost, so the count goes back by its
+    depth first.
 
     Raises:
         ResumeError: if nothing had been printed yet.
     """
     acknowledged = program.index_of_line(entry.acknowledged_line)
-    executed = acknowledged
-    if entry.ended != "stopped":
+    executed = acknowledged if carried_out is None else carried_out
+    if entry.ended != "stopped" and carried_out is None:
         moves = 0
         while executed and moves < PLANNER_MOVES:
             executed -= 1
@@ -76,7 +78,7 @@ def start_of_work(program: Program, entry: Entry) -> int:
         # What the job went back to when it was resumed was certain then, and is now.
         executed = max(executed, min(acknowledged, program.index_of_line(entry.resumed_line)))
     if program.toolpaths:
-        if acknowledged < program.toolpaths[0]:
+        if max(acknowledged, executed) < program.toolpaths[0]:
             raise _nothing_printed(program)
         # Behind a hop that is extruded, for going back over it would drive the nozzle's body into its bead.
         return program.starts[max(0, bisect_right(program.starts, executed) - 1)]
@@ -85,6 +87,15 @@ def start_of_work(program: Program, entry: Entry) -> int:
         if MOTION.match(command) and "E" not in words(command):
             return index
     raise _nothing_printed(program)
+
+
+def _behind_finished(program: Program, done: int, safety: Safety) -> int:
+    """Where the next toolpath begins, if the first ``done`` commands have finished the one before; else 0."""
+    following = bisect_left(program.starts, done)
+    if following == len(program.starts):
+        return 0
+    start = program.starts[following]
+    return start if behind_travels(program, done, safety.close_lines, safety.open_lines) >= start else 0
 
 
 def _nothing_printed(program: Program) -> ResumeError:
@@ -108,7 +119,8 @@ def plan_resume(
     ``rebooted`` tells that the printer has forgotten its position; then the profile's home lines must find
     it again, and the height on the build axis too, unless ``height_mm`` gives the nozzle's (in mm).
     ``reported`` is where the printer believes to be (M114, in mm): a place where the job cannot have left
-    it means the same, for a board that does not reset when its port is opened says ``start`` to nobody.
+    it means the same, for a board that does not reset when its port is opened says ``start`` to nobody. A
+    place where the acknowledged commands lead tells that nothing of them was lost.
 
     Raises:
         JournalError: if the program changed, or the job has finished.
@@ -121,13 +133,26 @@ def plan_resume(
     # A job that went back has printed what lies ahead of it already.
     furthest = program.index_of_line(entry.furthest_line) + LINES_PER_SYNC + QUEUED_LINES
     furthest = min(len(program), furthest)
+    axis = safety.build_axis
+    if rebooted:
+        doubt: str | None = "The printer was reset"
+    elif entry.lost:
+        doubt = "The printer had lost its position when the job ended"
+    else:
+        doubt = _doubt(program, start, furthest, reported, axis)
+    told = None
+    if not doubt and entry.ended != "stopped":
+        told = commands_carried_out(program, acknowledged, furthest, reported)
+        start = start_of_work(program, entry, told)
+    done = acknowledged if told is None else told
+    if told is not None or entry.ended == "stopped":
+        start = max(start, _behind_finished(program, done, safety))
     # The nozzle comes down where the toolpath begins, and not where the one before it ended: what is printed
     # of it already may stand in the way of the nozzle's body there.
     down = start
     if program.toolpaths:
         down = behind_travels(program, start, safety.close_lines, safety.open_lines)
     state, later = replay(program, down), replay(program, furthest)
-    axis = safety.build_axis
     if replay(program, start).shifts != max(later.shifts, state.shifts):
         raise ResumeError(
             f"{program.name}: a G92 or homing behind line {program.acknowledged_line(start)} moves the "
@@ -138,12 +163,6 @@ def plan_resume(
         raise ResumeError(
             f"{program.name}: the height ({axis}) at which to go on is unknown: no move sets it."
         )
-    if rebooted:
-        doubt: str | None = "The printer was reset"
-    elif entry.lost:
-        doubt = "The printer had lost its position when the job ended"
-    else:
-        doubt = _doubt(program, start, furthest, reported, axis)
     if height_mm is not None and not doubt:
         raise ResumeError(
             f"the printer was not reset, and {_where(reported, axis)}: leave --height "
@@ -154,7 +173,7 @@ def plan_resume(
     safe = max(target[axis], target[axis] if top is None else top) + safety.lift_mm
     found = _find_position(safety, target, height_mm, doubt, safe) if doubt else []
     origins = _origins(state, target, found, doubt)
-    primed = _to_prime(program, acknowledged, entry, state, safety)
+    primed = _to_prime(program, done, entry, state, safety)
     before = [
         *(line for line in safety.close_lines if not extrusion(line)),
         *(f"{heater} {rest}" for heater, rest in state.temperatures.values()),
@@ -168,7 +187,7 @@ def plan_resume(
         *approach(state, target, origins, safety, max(0.0, primed)),
     ]
     commands = tuple(command for line in before if (command := clean(line)))
-    text = (*where_it_goes_on(program, entry, start), *way(target, axis, safe, doubt))
+    text = (*where_it_goes_on(program, entry, start, told), *way(target, axis, safe, doubt))
     return ResumePlan(down, commands, text)
 
 
@@ -250,9 +269,12 @@ def _homed(lines: Sequence[str]) -> set[str]:
     return homed
 
 
-def _to_prime(program: Program, acknowledged: int, entry: Entry, state: Replay, safety: Safety) -> float:
-    """Material in mm to feed (or draw back, if negative), so that the nozzle is as the program left it."""
-    drawn_back = replay(program, acknowledged).retracted_mm
+def _to_prime(program: Program, done: int, entry: Entry, state: Replay, safety: Safety) -> float:
+    """Material in mm to feed (or draw back, if negative), so that the nozzle is as the program left it.
+
+    ``done`` commands were carried out, as far as anybody knows.
+    """
+    drawn_back = replay(program, done).retracted_mm
     if entry.drawn_back_mm is not None:
         drawn_back += entry.drawn_back_mm
     elif entry.ended == "stopped":  # a journal that does not say

@@ -16,18 +16,25 @@ def way(target: dict[str, float], axis: str, safe: float, doubt: str | None) -> 
     )
 
 
-def where_it_goes_on(program: Program, entry: Entry, start: int) -> tuple[str, ...]:
-    """How far the job came, and what is printed again if command ``start`` is the next."""
-    acknowledged = program.index_of_line(entry.acknowledged_line)
+def where_it_goes_on(
+    program: Program, entry: Entry, start: int, carried_out: int | None = None
+) -> tuple[str, ...]:
+    """How far the job came, and what is printed again if command ``start`` is the next.
+
+    ``carried_out`` commands were, as the printer's place tells; None if it does not.
+    """
+    done = program.index_of_line(entry.acknowledged_line) if carried_out is None else carried_out
     came = f"acknowledged up to line {entry.furthest_line}, job {entry.ended or 'cut off'}"
     if entry.furthest_line > entry.acknowledged_line:
         came += f" again after it had gone back to line {program.lines[start]}"
+    if carried_out is not None:
+        came += f", and the printer stands where line {program.acknowledged_line(done)} leads"
     line = program.lines[start] if start < len(program) else program.acknowledged_line(start)
     toolpath = bisect_right(program.toolpaths, start) - 1
     what = f"toolpath {toolpath} begins" if program.toolpaths else "the last travel move begins"
-    if start >= acknowledged:
+    if start >= done:
         going = f"Going on at line {line}, where {what.replace('last', 'next')}; nothing is printed twice."
-    elif bisect_right(program.toolpaths, acknowledged - 1) - 1 == toolpath or not program.toolpaths:
+    elif bisect_right(program.toolpaths, done - 1) - 1 == toolpath or not program.toolpaths:
         going = (
             f"Going back to line {line}, where {what} that was under way; what it printed is printed again."
         )

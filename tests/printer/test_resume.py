@@ -38,7 +38,7 @@ def test_a_controlled_stop_is_resumed_to_the_same_print(stop_after):
     plan = plan_resume(program, entry(program, acknowledged, "stopped"), SAFETY, rebooted=False)
     resumed(program, bench.firmware, plan)
     twice = assert_same_print(before, printed(bench.firmware)[len(before) :])
-    assert twice <= 2  # the toolpath under way has two extruding moves
+    assert twice <= 1  # of the toolpath under way, which has two extruding moves
 
 
 @pytest.mark.parametrize("kind", ["kill", "reset", "silence", "disconnect"])
@@ -64,10 +64,51 @@ def test_a_failed_job_is_resumed_to_the_same_print(kind, number):
         SAFETY,
         rebooted=rebooted,
         height_mm=height if rebooted else None,
+        reported=dict(bench.firmware.machine.position),
     )
     resumed(program, bench.firmware, plan)
     twice = assert_same_print(before, printed(bench.firmware)[len(before) :])
-    assert twice <= 2 + 16
+    assert twice <= (2 + 16 if rebooted else 1)
+
+
+@pytest.mark.parametrize("further", [0, 1, 3, 4, 9, 11])
+@pytest.mark.parametrize("within", [1, 3, 5, 6])
+def test_where_a_printer_that_kept_its_place_stands_tells_how_far_it_came(within, further):
+    """Lines whose acknowledgement was lost with the sender may have been carried out too."""
+    program = sheet()
+    done = program.toolpaths[30] + within
+    job = entry(program, program.acknowledged_line(done))
+    places = [
+        {axis: replay(program, k).position[axis] for axis in "XYZ"} for k in range(done, done + further + 1)
+    ]
+    stands = {axis: round(value, 2) for axis, value in places[-1].items()}
+    plan = plan_resume(program, job, SAFETY, rebooted=False, reported=stands)
+    first = done + places.index(places[-1])
+    toolpath = 30 + (first - program.toolpaths[30]) // 7
+    finished = (first - program.toolpaths[30]) % 7 >= 5
+    assert plan.start_at == program.toolpaths[toolpath + finished] + 1  # behind the travel to it
+    assert f"the printer stands where line {program.acknowledged_line(first)} leads" in plan.text[0]
+    assert ("nothing is printed twice" in plan.text[1]) == (finished or first == program.toolpaths[toolpath])
+
+
+@pytest.mark.parametrize("elsewhere", [{"X": 7.3}, {"Z": 1.5}, None])
+def test_a_printer_that_stands_elsewhere_goes_back_by_the_planners_depth(elsewhere):
+    program = sheet()
+    done = program.toolpaths[30] + 3
+    stands = elsewhere and replay(program, done).position | elsewhere
+    job = entry(program, program.acknowledged_line(done))
+    plan = plan_resume(program, job, SAFETY, rebooted=False, reported=stands)
+    assert plan.start_at == program.toolpaths[27] + 1
+    assert "may not have been carried out" in plan.text[1]
+
+
+@pytest.mark.parametrize("within", range(8))
+def test_a_toolpath_that_was_finished_is_not_printed_again(within):
+    program = sheet()
+    done = program.toolpaths[30] + within
+    job = entry(program, program.acknowledged_line(done), "stopped")
+    plan = plan_resume(program, job, SAFETY, rebooted=False)
+    assert plan.start_at == program.toolpaths[30 + (within >= 5)] + 1
 
 
 def test_a_program_without_toolpath_marks_goes_back_to_a_travel():
