@@ -115,6 +115,9 @@ class NozzleBody(NamedTuple):
         return max(0.0, core, self.shoulder - self.press if deep > self.length else 0.0)
 
 
+DOWNHILL_SLACK_DEG = 1e-6
+"""So that what is exactly as steep as allowed is allowed, however it is rounded."""
+
 POINT = NozzleBody(0.0, 0.0, math.inf, 0.0, 0.0, math.inf, math.inf)
 """The nozzle of the source paper."""
 
@@ -131,7 +134,7 @@ def allowed_directions(segments: NDArray[np.float64], downhill_deg: float) -> ND
     """
     d = segments[:, 1] - segments[:, 0]
     rise = np.degrees(np.arctan2(d[:, 1], np.abs(d[:, 0])))
-    steepest = downhill_deg + 1e-6
+    steepest = downhill_deg + DOWNHILL_SLACK_DEG
     return np.stack([rise >= -steepest, rise <= steepest], axis=1)
 
 

@@ -65,10 +65,11 @@ def travel_cost(objective, printed, start, end, skyline=True):
     legs = [(bx - ax, by - ay) for (ax, ay), (bx, by) in pairwise(way)]
     legs = [leg for leg in legs if np.hypot(*leg) > EPS]
     length = sum(np.hypot(*leg) for leg in legs)
-    if objective.name == "time" and len(way) == 2 and EPS < length <= objective.join_mm:
-        across, up = np.abs(np.asarray(end) - start)
+    across, up = np.asarray(end) - start
+    steep = up < 0 and np.degrees(np.arctan2(-up, abs(across))) > objective.join_downhill_deg + 1e-6
+    if objective.name == "time" and len(way) == 2 and EPS < length <= objective.join_mm and not steep:
         speed = objective.speed_mm_s
-        return max(length / objective.join_speed_mm_s, across / speed[1], up / speed[2])
+        return max(length / objective.join_speed_mm_s, abs(across) / speed[1], abs(up) / speed[2])
     if objective.name == "routed":
         return length
     wait = objective.fixed_s if length > objective.fixed_from_mm else 0.0

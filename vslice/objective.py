@@ -54,6 +54,7 @@ def objective_of(profile: Profile, name: ObjectiveName, join_mm: float = 0.0) ->
         fixed_from_mm=float(np.maximum(fixed_from, 1e-6)),
         join_mm=join_mm,
         join_speed_mm_s=motion.print_speed_mm_s,
+        join_downhill_deg=profile.nozzle.downhill_deg,
     )
 
 

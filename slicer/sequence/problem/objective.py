@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from slicer.errors import SequenceError
+from slicer.nozzle import DOWNHILL_SLACK_DEG
 from slicer.sequence.problem.checks import real_number, three_numbers
 
 ObjectiveName = Literal["straight", "routed", "time"]
@@ -36,6 +37,7 @@ class CostModel(NamedTuple):
         fixed_from: see ``fixed``.
         join: a direct hop of at most so many mm is extruded instead of travelled; 0 for none.
         join_speed: how fast the nozzle moves there, in mm/s.
+        join_fall: how far such a hop may lead downwards for each mm of its way; infinite for any.
     """
 
     timed: bool
@@ -50,6 +52,7 @@ class CostModel(NamedTuple):
     fixed_from: float
     join: float
     join_speed: float
+    join_fall: float
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ class Objective:
         join_mm: "time" counts a direct hop of at most this length as extruded: at ``join_speed_mm_s``,
             without stops and without ``fixed_s``; 0 for none.
         join_speed_mm_s: see ``join_mm``.
+        join_downhill_deg: the steepest tilt, in degrees, at which such a hop may lead downwards.
 
     Raises:
         SequenceError: there is no such objective; or a number is none, or outside its bounds. Speeds are
@@ -81,6 +85,7 @@ class Objective:
     fixed_from_mm: float = 0.0
     join_mm: float = 0.0
     join_speed_mm_s: float = 1.0
+    join_downhill_deg: float = 90.0
 
     def __post_init__(self) -> None:
         names = get_args(ObjectiveName)
@@ -108,6 +113,9 @@ class Objective:
             "join_speed_mm_s": real_number(
                 "join_speed_mm_s", self.join_speed_mm_s, "Give the print speed.", SMALLEST, LARGEST
             ),
+            "join_downhill_deg": real_number(
+                "join_downhill_deg", self.join_downhill_deg, "Give 90 for any hop.", 0.0, 90.0
+            ),
         }
         for field, value in clean.items():
             object.__setattr__(self, field, value)
@@ -130,6 +138,11 @@ class Objective:
         return self.name != "straight"
 
     @property
+    def _join_fall(self) -> float:
+        steepest = self.join_downhill_deg + DOWNHILL_SLACK_DEG
+        return float(np.sin(np.radians(steepest))) if steepest < 90.0 else np.inf
+
+    @property
     def cost_model(self) -> CostModel:
         """What the kernels are given of it."""
         timed = self.name == "time"
@@ -142,4 +155,5 @@ class Objective:
             self.fixed_from_mm,
             self.join_mm if timed else 0.0,
             self.join_speed_mm_s,
+            self._join_fall,
         )

@@ -56,12 +56,13 @@ def direct_cost(cost_model: CostModel, dx: float, dy: float) -> float:
     """
     squared = dx * dx + dy * dy
     if squared <= cost_model.join**2 and cost_model.timed and squared > EPS_MM**2:
-        slowest = max(
-            np.sqrt(squared) / cost_model.join_speed,
-            abs(dx) / cost_model.speed_x,
-            abs(dy) / cost_model.speed_y,
-        )
-        return float(slowest)
+        length = float(np.sqrt(squared))
+        if -dy <= cost_model.join_fall * length:
+            return max(
+                length / cost_model.join_speed,
+                abs(dx) / cost_model.speed_x,
+                abs(dy) / cost_model.speed_y,
+            )
     cost = leg_cost(cost_model, dx, dy)
     if cost_model.fixed > 0.0 and squared > max(cost_model.fixed_from, EPS_MM) ** 2:
         cost += cost_model.fixed

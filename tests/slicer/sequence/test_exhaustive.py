@@ -65,6 +65,7 @@ def machine(random):
     more = {"fixed_s": 0.05, "fixed_from_mm": 0.3} if goal == "retracting" else {}
     if goal == "joining":
         more = {"fixed_s": 0.02, "join_mm": 0.6, "join_speed_mm_s": float(random.choice([1.0, 20.0]))}
+        more["join_downhill_deg"] = float(random.choice([90.0, 40.0, 0.0]))
     return Objective("time", clearance, **limits, **more), f"{goal}, {name}"
 
 

@@ -59,6 +59,18 @@ def test_a_leg_costs_what_was_worked_out_by_hand(name):
         assert seconds(objective, dx, dy) == pytest.approx(expected, rel=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("downhill", "joined"), [(90.0, "udls"), (46.0, "uls"), (45.0, "uls"), (44.0, "ul"), (0.0, "ul")]
+)
+def test_a_hop_is_joined_unless_it_leads_down_too_steeply(downhill, joined):
+    """Up, down, level and slanting down by 45 degrees."""
+    goal = Objective(
+        "time", **MACHINE, fixed_s=9.0, join_mm=1.0, join_speed_mm_s=1.0, join_downhill_deg=downhill
+    )
+    hops = {"u": (0.0, 0.5), "d": (0.0, -0.5), "l": (-0.5, 0.0), "s": (0.3, -0.3)}
+    assert "".join(k for k, hop in hops.items() if direct_cost(goal.cost_model, *hop) < 9.0) == joined
+
+
 lengths = st.floats(-200, 200).filter(lambda x: x == 0 or abs(x) > 1e-3)
 limits = st.tuples(*[st.floats(0.1, 1000)] * 3)
 
