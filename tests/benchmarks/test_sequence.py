@@ -137,14 +137,18 @@ def test_without_a_nozzle_it_is_a_point_of_any_size_of_tile(instances):
     assert np.array_equal(same.problem.segments, sheet.segments)
 
 
-def test_a_run_says_which_nozzle_and_how_wide_a_tile_is(tmp_path):
-    words = ["--objective", "time", "--profile", "marlin-syringe", "--nozzle", "25g", "--tile-mm", "4"]
-    words += ["--seeds", "1", "--only", "2x2_s1", "--json", str(tmp_path / "all.json")]
+def test_a_run_has_the_nozzle_and_the_width_of_a_tile_and_says_so(tmp_path):
+    words = ["--profile", "marlin-syringe", "--nozzle", "25g", "--tile-mm", "4", "--seeds", "1"]
+    words += ["--only", "nothing", "--json", str(tmp_path / "all.json")]
     done = subprocess.run([sys.executable, SCRIPT, *words], capture_output=True, text=True, check=True)
     assert "medians of 1 seeds, marlin-syringe with 25g, tiles of 4 mm" in done.stdout
     whole = json.loads((tmp_path / "all.json").read_text())
     assert (whole["settings"]["nozzle"], whole["settings"]["tile_mm"]) == ("25g", 4.0)
-    assert whole["instances"]["2x2_s1"]["toolpaths"] == 56
+    words += ["--one", "2x2_s1"]
+    done = subprocess.run([sys.executable, SCRIPT, *words], capture_output=True, text=True, check=True)
+    measured = json.loads(done.stdout)
+    assert (measured["toolpaths"], measured["proved"]) == (56, [True])
+    assert measured["cost"] == [pytest.approx(28.403, abs=5e-4)]  # a point: 4 x 5.676
 
 
 @pytest.mark.parametrize(
