@@ -23,9 +23,10 @@ from fnmatch import fnmatch
 from typing import Any
 
 import numpy as np
+from instances import ROOT, Instance, reference, walk
 from machine import machine
 from numpy.typing import NDArray
-from sequence import ROOT, load, reference, walk
+from sequence import load
 
 import profiles
 from slicer.sequence import Problem, solve
@@ -61,7 +62,7 @@ def main() -> None:
     print(f"| {' | '.join(HEADINGS)} |\n" + "|---" * len(HEADINGS) + "|", flush=True)
     missing: dict[str, str] = {}
     for name in options.sheets:
-        problem = reference(ROOT / "tests" / "data" / "reference" / f"{name}.json")
+        problem = reference(ROOT / "tests" / "data" / "reference" / f"{name}.json").problem
         task = task_of(problem, goal, options.seconds)
         for solver, script in SOLVERS.items():
             if fnmatch(solver, options.solvers) and solver not in missing:
@@ -129,7 +130,7 @@ def row(python: str, script: str, problem: Problem, goal: Objective, task: dict[
 
 def ours(problem: Problem, goal: Objective) -> str:
     """The same cells for the default search, after a first run that loads the code."""
-    load(walk(6, 6, 1), "auto")
+    load(Instance(walk(6, 6, 1).problem, goal), "auto")
     solve(problem, objective=goal, effort="quick")
     begin = time.process_time()
     result = solve(problem, objective=goal)

@@ -2,13 +2,18 @@
 
 usage: python benchmarks/sequence.py [--effort default] [--method auto] [--seeds 10] [--sizes 20 40]
            [--walks 4x4:5 6x6:3] [--only NAMES] [--json FILE] [--objective straight] [--profile paper]
+           [--nozzle 25G] [--tile-mm 4]
 
 Each row is an instance, in a process of its own, so that its peak memory is its own: medians over all seeds
 of travel, bound, the gap between the two of each run, and processor seconds. Small parts of the instance are
 ordered before, which loads the code; a process before the first one compiles what is not compiled yet.
 
 With another ``--objective`` than straight travel, costs and bounds are its own, on the machine of
-``--profile`` with a nozzle that is a point.
+``--profile`` with a nozzle that is a point. With ``--nozzle`` it is that nozzle, and the problem is the one
+that ``vslice slice`` orders: what stands in its way is printed later, or cut into pieces that count as
+toolpaths; a sheet with a first toolpath begins at its lower end, if the nozzle can; hops that the profile
+extrudes count as extruded. Cutting is not timed. Sheets have tiles of 1 mm, or as wide as ``--tile-mm`` says,
+all else in proportion.
 
 Sheets of ``--sizes`` tiles a side follow the source paper's random walk. ``--walks 4x4:5`` adds those of
 seeds 1 to 5, and a table of how many of them were proved optimal in every run, and the slowest of all runs.
@@ -22,24 +27,20 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from fnmatch import fnmatch
-from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+from instances import Instance, Setting, instance_of, sheets, walk, walk_name
 from machine import machine, peak_mb
 
 import profiles
-from slicer import grid
-from slicer.generate import random_walk
-from slicer.hatch import hatch
+from profiles import ProfileError
+from profiles.nozzles import nozzle_called
 from slicer.sequence import Problem, solve
-from slicer.sequence.problem import Objective, ObjectiveName
+from slicer.sequence.problem import ObjectiveName
 from vslice.objective import objective_of
-
-ROOT = Path(__file__).parents[1]
 
 HEADINGS = (
     "instance", "toolpaths", "median", "best", "median / n", "bound", "gap", "proved", "seconds", "peak MB",
@@ -48,42 +49,6 @@ PARTS = (60, 300)
 """Toolpaths of the parts whose ordering calls all that ordering the whole will call."""
 
 Row = dict[str, Any]
-
-
-def instances(sizes: list[int], walks: list[tuple[int, int, int]]) -> dict[str, Callable[[], Problem]]:
-    """How to make each instance, by its name; reference sheets begin with their first toolpath."""
-    made: dict[str, Callable[[], Problem]] = {}
-    for file in sorted((ROOT / "tests" / "data" / "reference").glob("*_s1.json")):
-        made[file.stem] = partial(reference, file)
-    for file in sorted((ROOT / "tests" / "data" / "tissue").glob("*.json")):
-        made[file.stem] = partial(tissue, file)
-    for size in sizes:
-        made[f"{size}x{size}"] = partial(walk, size, size, 1)
-    for cols, rows, count in walks:
-        for seed in range(1, count + 1):
-            made[walk_name(cols, rows, seed)] = partial(walk, cols, rows, seed)
-    return made
-
-
-def reference(file: Path) -> Problem:
-    """The problem of a reference instance."""
-    data = json.loads(file.read_text(encoding="utf-8"))
-    return Problem.build(np.array(data["segments"], float), first=data["first"])
-
-
-def tissue(file: Path) -> Problem:
-    """The problem of a grid file, from wherever is best."""
-    return Problem.build(hatch(grid.read(file)).segments)
-
-
-def walk(cols: int, rows: int, seed: int) -> Problem:
-    """The problem of a random walk, from its lowest toolpath on the left."""
-    return Problem.build(hatch(random_walk(cols, rows, seed=seed)).segments, first=0)
-
-
-def walk_name(cols: int, rows: int, seed: int) -> str:
-    """What a random walk is called in the tables."""
-    return f"walk {cols}x{rows} seed {seed}"
 
 
 def walks_of(text: str) -> tuple[int, int, int]:
@@ -103,6 +68,8 @@ def main() -> None:
     parser.add_argument("--method", default="auto")
     parser.add_argument("--objective", choices=get_args(ObjectiveName), default="straight")
     parser.add_argument("--profile", default="paper", help="whose machine it is, for routed travel and time")
+    parser.add_argument("--nozzle", metavar="NAME", help="such as 25G, as of 'vslice slice'; else a point")
+    parser.add_argument("--tile-mm", type=float, metavar="MM", help="width of a tile; else 1")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--sizes", type=int, nargs="*", default=[])
     parser.add_argument("--walks", type=walks_of, nargs="*", default=[], metavar="COLSxROWS:WALKS")
@@ -114,20 +81,31 @@ def main() -> None:
         parser.error(f"--seeds {options.seeds} must be at least 1")
     if options.json is not None and (options.json.is_dir() or not options.json.parent.is_dir()):
         parser.error(f"--json {options.json}: name a file in a folder that exists")
-    known = instances(options.sizes, options.walks)
+    if options.tile_mm is not None and not 0.001 <= options.tile_mm <= 1000:
+        parser.error(f"--tile-mm {options.tile_mm:g} must be within 0.001 and 1000")
+    try:
+        goal = objective_of(profiles.load(options.profile), options.objective)
+        if options.nozzle is not None:
+            nozzle_called(options.nozzle)
+    except ProfileError as error:
+        parser.error(str(error))
+    setting = Setting(options.objective, options.profile, options.nozzle, options.tile_mm)
+    known = sheets(options.sizes, options.walks)
     if options.one is not None:
         if options.one in known:
-            print(json.dumps(measure(known[options.one](), options)))
+            print(json.dumps(measure(instance_of(known[options.one](), setting), options)))
         else:
-            load(walk(6, 6, 1), options)
+            load(instance_of(walk(6, 6, 1), setting), options.method)
         return
     names = [name for name in known if fnmatch(name, options.only)]
     about = machine()
     print(", ".join(f"{key} {value}" for key, value in about.items()))
-    goal = goal_of(options)
+    extra = "" if options.tile_mm is None else f", tiles of {options.tile_mm:g} mm"
+    if options.nozzle is not None:
+        extra = f", {options.profile} with {options.nozzle}{extra}"
     print(
         f"{goal.name} in {goal.unit}, method {options.method}, effort {options.effort}, "
-        f"medians of {options.seeds} seeds\n"
+        f"medians of {options.seeds} seeds{extra}\n"
     )
     print("| " + " | ".join(HEADINGS) + " |\n" + "|---" * len(HEADINGS) + "|", flush=True)
     rows: dict[str, Row] = {}
@@ -141,6 +119,9 @@ def main() -> None:
     if options.json is not None:
         asked = ("objective", "profile", "method", "effort", "seeds")
         settings = {name: getattr(options, name) for name in asked}
+        for name in ("nozzle", "tile_mm"):
+            if getattr(options, name) is not None:
+                settings[name] = getattr(options, name)
         whole = {"machine": about, "settings": settings, "instances": rows}
         options.json.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
 
@@ -151,23 +132,23 @@ def in_own_process(name: str) -> str:
     return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
-def goal_of(options: argparse.Namespace) -> Objective:
-    """What is minimised."""
-    return objective_of(profiles.load(options.profile), options.objective)
-
-
-def load(problem: Problem, options: argparse.Namespace) -> None:
+def load(instance: Instance, method: str) -> None:
     """Load the code, or compile it: order parts of a sheet that are closed downwards, as greedy prints it."""
+    problem = instance.problem
     order = solve(problem, method="greedy").order
     for toolpaths in PARTS:
-        part = Problem.build(problem.segments[np.sort(order[:toolpaths])])
-        solve(part, method=options.method, objective=goal_of(options), effort="quick")
+        part = Problem.build(
+            problem.segments[np.sort(order[:toolpaths])],
+            body=problem.body,
+            downhill_deg=instance.downhill_deg,
+        )
+        solve(part, method=method, objective=instance.objective, effort="quick")
 
 
-def measure(problem: Problem, options: argparse.Namespace) -> Row:
+def measure(instance: Instance, options: argparse.Namespace) -> Row:
     """Every run of one instance, and the most memory that this process ever had."""
-    load(problem, options)
-    goal = goal_of(options)
+    load(instance, options.method)
+    problem, goal = instance.problem, instance.objective
     row: Row = {"toolpaths": problem.n, "cost": [], "bound": [], "proved": [], "seconds": []}
     for seed in range(options.seeds):
         begin = time.process_time()

@@ -6,7 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import profiles
+from profiles.nozzles import nozzle_called
+from slicer import grid
+from vslice.pipeline import Search, hatched, ordered
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "sequence.py"
 
@@ -19,6 +25,11 @@ def script():
     spec.loader.exec_module(module)
     sys.path.remove(str(SCRIPT.parent))
     return module
+
+
+@pytest.fixture(scope="module")
+def instances(script):
+    return sys.modules["instances"]
 
 
 def row(travel, bounds, seconds=(1.0, 2.0, 4.0), proved=(False, False, False)):
@@ -86,6 +97,73 @@ def test_a_run_names_the_machine_and_writes_what_it_prints(script, tmp_path):
     assert table[2].startswith("| 2x2_s1 | 56 | 5.676 | 5.676 | 0.1014 | 5.676 | 0.00 % | 2 of 2 |")
     assert table[-1].startswith("| 2x2 | 2 of 2 |")
     assert whole["machine"]["numpy"] in about
+
+
+@pytest.mark.parametrize("objective", ["time", "straight"])
+def test_with_a_nozzle_the_problem_is_the_one_that_the_command_orders(instances, objective):
+    root = SCRIPT.parents[1]
+    setting = instances.Setting(objective, "marlin-syringe", "25G", 4.0)
+    made = instances.instance_of(instances.tissue(root / "tests/data/tissue/ihc_8x8.json"), setting)
+    example = grid.read(root / "examples/ihc_8x8.json")
+    profile = profiles.load("marlin-syringe", tuple(nozzle_called("25G").settings()))
+    search = Search(method="greedy", objective=objective, start="free")
+    asked = ordered(example, hatched(example), profile, search)
+    assert made.problem.n == asked.printable.problem.n > asked.printable.hatch_lines  # some are cut
+    np.testing.assert_allclose(made.problem.segments, asked.printable.problem.segments, atol=1e-6)
+    assert np.array_equal(made.problem.edges, asked.printable.problem.edges)
+    assert not made.problem.planar
+    assert made.problem.body == asked.printable.problem.body
+    assert made.objective == asked.objective
+    assert made.problem.first is asked.printable.problem.first is None
+
+
+def test_a_sheet_that_has_a_first_toolpath_begins_at_its_corner_with_a_nozzle_too(instances):
+    sheet = instances.walk(2, 2, 1)
+    made = instances.instance_of(sheet, instances.Setting("time", "marlin-syringe", "32G", 4.0))
+    assert (made.problem.first, made.objective.join_mm) == (0, pytest.approx(0.6))
+    entered = made.problem.segments[0, int(made.problem.first_flipped)]
+    assert entered[1] == made.problem.segments[0, :, 1].min()
+    np.testing.assert_allclose(made.problem.segments, 4 * sheet.segments)
+
+
+def test_without_a_nozzle_it_is_a_point_of_any_size_of_tile(instances):
+    sheet = instances.walk(2, 2, 1)
+    made = instances.instance_of(sheet, instances.Setting(tile_mm=4.0))
+    assert made.problem.body.is_point
+    assert made.problem.planar
+    assert (made.problem.first, made.problem.first_flipped) == (0, None)
+    assert np.array_equal(made.problem.segments, 4 * sheet.segments)
+    same = instances.instance_of(sheet, instances.Setting())
+    assert np.array_equal(same.problem.segments, sheet.segments)
+
+
+def test_a_run_has_the_nozzle_and_the_width_of_a_tile_and_says_so(tmp_path):
+    words = ["--profile", "marlin-syringe", "--nozzle", "25g", "--tile-mm", "4", "--seeds", "1"]
+    words += ["--only", "nothing", "--json", str(tmp_path / "all.json")]
+    done = subprocess.run([sys.executable, SCRIPT, *words], capture_output=True, text=True, check=True)
+    assert "medians of 1 seeds, marlin-syringe with 25g, tiles of 4 mm" in done.stdout
+    whole = json.loads((tmp_path / "all.json").read_text())
+    assert (whole["settings"]["nozzle"], whole["settings"]["tile_mm"]) == ("25g", 4.0)
+    words += ["--one", "2x2_s1"]
+    done = subprocess.run([sys.executable, SCRIPT, *words], capture_output=True, text=True, check=True)
+    measured = json.loads(done.stdout)
+    assert (measured["toolpaths"], measured["proved"]) == (56, [True])
+    assert measured["cost"] == [pytest.approx(28.403, abs=5e-4)]  # a point: 4 x 5.676
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--nozzle", "25H"], "25H"),
+        (["--tile-mm", "0"], "--tile-mm 0 must be within 0.001 and 1000"),
+        (["--profile", "none"], "none"),
+    ],
+)
+def test_wrong_use_is_told_before_anything_runs(words, said):
+    done = subprocess.run([sys.executable, SCRIPT, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert said in done.stderr.splitlines()[-1]
+    assert done.stdout == ""
 
 
 def test_peak_memory_is_that_of_the_row_and_not_of_what_ran_before():
