@@ -162,6 +162,7 @@ def _search(search: Search, method: str, *, bounded: bool) -> None:
                 None if carrying is None else METHODS[carrying],
                 refined=method not in ("greedy", "multistart"),
                 windows=method == "auto" and carrying is None and search.problem.n <= WINDOWS_UP_TO,
+                enumerating=method == "auto",
             )
         else:
             METHODS[method](search)

@@ -36,7 +36,9 @@ from slicer.skyline import (
     with_laid,
 )
 
-TRIES_PER_TOOLPATH = {"quick": 5, "default": 40, "high": 300}
+TRIES_PER_TOOLPATH = {"quick": 40, "default": 300, "high": 1_000}
+BODY_TRIES_PER_TOOLPATH = {"quick": 5, "default": 40, "high": 300}
+"""A body's skyline is raised by each toolpath over all that its cone and barrel reach, which takes longer."""
 SWEEPS = 2
 WINDOW = 60
 """Positions that are priced together."""
@@ -53,7 +55,8 @@ def refine(search: Search, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
         return oriented
     work = tour_of(search, oriented)
     state = search.random_state(Draws.REFINEMENT)
-    tries = TRIES_PER_TOOLPATH[search.effort] * WINDOW // (2 * SWEEPS)
+    per_toolpath = TRIES_PER_TOOLPATH if problem.body.is_point else BODY_TRIES_PER_TOOLPATH
+    tries = per_toolpath[search.effort] * WINDOW // (2 * SWEEPS)
     worse = float(np.median(work.cost[0, 2:-1]))
     for _ in range(SWEEPS):
         if search.should_stop():

@@ -57,7 +57,7 @@ def _stages(search: Search) -> bool:
         FIRST_TEMPERATURE,
         n <= WINDOWS_UP_TO,
     )
-    if n <= BEAM_UP_TO[effort] and _enumerable(search):
+    if n <= BEAM_UP_TO[effort] and enumerable(search):
         if n > PROVE_AT_ONCE and not anneal(search, perturbations=SETTLE * n):
             return False
         settled = search.cost
@@ -89,8 +89,8 @@ def _stages(search: Search) -> bool:
     return not search.should_stop()
 
 
-def _enumerable(search: Search) -> bool:
-    """Whether the columns have so few down-sets that all of them can be looked at."""
+def enumerable(search: Search) -> bool:
+    """Whether the columns have so few down-sets that all of them can be looked at; for a started search."""
     section = Section.whole(search.problem, search.objective)
     most_arcs = max(search.problem.n, 100) * ARCS_PER_TOOLPATH[search.effort]
     _, corridor = widest_joined_corridor(section, search.oriented >> 1, most_arcs)

@@ -64,6 +64,30 @@ def test_when_time_is_short_the_own_kind_comes_first(objective, own):
     assert true_cost(problem, objective, found.oriented) < true_cost(problem, objective, oriented)
 
 
+@pytest.mark.parametrize(
+    ("few", "most", "aimed_at"),
+    [(True, 1000, ["time"]), (False, 1000, ["straight"]), (True, 5, ["straight"])],
+    ids=["few down-sets", "many down-sets", "many toolpaths"],
+)
+def test_a_method_that_cannot_see_walls_well_is_led_by_length(monkeypatch, few, most, aimed_at):
+    """Its sequence is refined by time all the same."""
+    aimed: list[str] = []
+
+    def method(search: Search) -> None:
+        aimed.append(search.objective.name)
+        search.raise_bound(1e-6 if search.objective.name == "time" else 0.0)
+
+    monkeypatch.setattr(surrogates, "enumerable", lambda _: few)
+    monkeypatch.setattr(surrogates, "OWN_UP_TO", most)
+    problem = sheet()
+    start = solve(problem, method="greedy")
+    oriented = (2 * start.order + start.flipped).astype(np.int32)
+    found = Search(problem, objective=GOALS[1], initial=oriented)
+    surrogates.search_by_surrogates(found, method, None, refined=True, windows=False, enumerating=True)
+    assert aimed == aimed_at
+    assert found.cost < true_cost(problem, GOALS[1], oriented)
+
+
 def test_ctrl_c_in_the_first_search_ends_them_all(monkeypatch):
     def method(search: Search) -> None:
         search.nodes_visited += 1
