@@ -32,8 +32,9 @@ WINDOW_WORK = {"quick": 1_000, "default": 10_000, "high": 15_000}
 REFINE_S = 5e-3
 """Seconds that windows and exchanges by the true cost take for each toolpath."""
 OWN_UP_TO = 1_400
-"""Toolpaths up to which a bound by the goal's own cost guides a beam well enough: 10x10 tiles end at 46.8 s of
-travel so and at 47.4 s from the shortest sequence, 20x20 at 205 and 191 s."""
+"""Toolpaths up to which a bound by the goal's own cost guides a beam well enough: 10x10 tiles end at 46.8 s
+of travel so and at 47.4 s from the shortest sequence, 20x20 at 205 and 191 s.
+"""
 FIRST_SHARE = 0.5
 """Of a time limit, what the first search may take, so that something is left to refine what it finds."""
 
