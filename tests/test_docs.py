@@ -58,7 +58,8 @@ def test_places_in_the_code_exist():
 
 
 def test_numbers_are_those_of_the_code(script):
-    text = " ".join(prose(PAGE).split())
+    # The last section was measured on a machine, with date.
+    text = " ".join(prose(PAGE).partition("## What each stage takes")[0].split())
     told = [" ".join(fact.split()) for fact in script.facts()]
     missing = [fact for fact in told if fact not in text]
     assert not missing
