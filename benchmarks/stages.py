@@ -1,6 +1,7 @@
 """What each stage of the search takes, and what the best sequence costs at its end: a table in Markdown.
 
-usage: python benchmarks/stages.py [--objective time] [--profile paper] [--effort default] [--only NAMES]
+usage: python benchmarks/stages.py [--objective time] [--profile paper] [--effort default] [--sizes 20]
+           [--only NAMES]
 
 A stage is what the progress calls so, under the name of what it ends with; those that come several times are
 added up. Seconds are processor seconds, of a second run, which compiles nothing.

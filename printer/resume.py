@@ -143,10 +143,9 @@ def plan_resume(
     told = None
     if not doubt and entry.ended != "stopped":
         told = commands_carried_out(program, acknowledged, furthest, reported)
-        start = start_of_work(program, entry, told)
     done = acknowledged if told is None else told
     if told is not None or entry.ended == "stopped":
-        start = max(start, _behind_finished(program, done, safety))
+        start = max(start_of_work(program, entry, done), _behind_finished(program, done, safety))
     # The nozzle comes down where the toolpath begins, and not where the one before it ended: what is printed
     # of it already may stand in the way of the nozzle's body there.
     down = start

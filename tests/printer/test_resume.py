@@ -345,8 +345,7 @@ def test_each_stop_on_the_way_back_leaves_the_filament_where_one_stop_does(insid
         plan = plan_resume(program, job, SAFETY, rebooted=False)
         rest = program.commands[plan.start_at :]
         bench = Bench(rest, Settings(safety=SAFETY), firmware=bench.firmware, before=plan.before)
-        sender = bench.sender
-        bench.run(until=lambda: sender.window.acked > ahead or sender.window.assigned > 0)  # noqa: B023
+        bench.run(until=lambda window=bench.sender.window: window.acked > ahead or window.assigned > 0)
         job = stopped(program, bench, plan.start_at, job)
         assert drawn_back_of(bench.firmware) == (pytest.approx(1), pytest.approx(1))
     plan = plan_resume(program, job, SAFETY, rebooted=False)

@@ -15,17 +15,17 @@ from slicer.sequence.problem import Search
 ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
 PASSES = {
-    "quick": ((10, 2_500), (20, 5_000)),
-    "default": ((10, 2_500), (30, 50_000)),
-    "high": ((10, 2_500), (40, 50_000), (100, 250_000)),
+    "quick": ((10, 2_500, 1.0), (20, 5_000, 1.0)),
+    "default": ((10, 2_500, 1.0), (30, 50_000, 1.0)),
+    "high": ((10, 2_500, 1.0), (40, 50_000, 1.0), (100, 250_000, 1.0)),
 }
-"""Steps of the bound, and the successors of a layer in the search after them."""
-ROUTED_PASSES = PASSES | {"default": ((30, 50_000), (30, 50_000))}
+"""Steps of the bound, the successors of a layer in the search after them, and the gap up to which both are
+done."""
+ROUTED_PASSES = PASSES | {"default": ((30, 50_000, 1.0), (30, 50_000, 0.02))}
 """The same where states know walls: there a narrow search first costs time and leads the wide one no better.
-(dti 10x10: 46.0 s of travel instead of 46.6 in the same time; 10x10: 46.8 in 15 s instead of 17.)
+(dti 10x10: 46.0 s of travel instead of 46.6 in the same time; 10x10: 46.8 in 15 s instead of 17.) A second
+one is done where it may end in a proof.
 """
-PROVABLE = 0.02
-"""Gap up to which a second wide pass over walls may end in a proof."""
 MOST_GENERATED = 100_000_000
 """Successors of all layers of a search."""
 SUCCESSORS_PER_COLUMN = 5
@@ -52,9 +52,8 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
         return False
     bound, complete = opened
     passes = ROUTED_PASSES if search.objective.routed else PASSES
-    for turn, (steps, successors) in enumerate(passes[search.effort]):
-        far = search.lower_bound < (1.0 - PROVABLE) * search.cost
-        if turn and far and search.objective.routed and search.effort == "default":
+    for steps, successors, gap in passes[search.effort]:
+        if search.lower_bound < (1.0 - gap) * search.cost:
             break
         affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))

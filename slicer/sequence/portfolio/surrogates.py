@@ -60,18 +60,16 @@ def search_by_surrogates(
     """
     own: ObjectiveName = "time" if search.objective.unit == "s" else "straight"
     surrogates: list[ObjectiveName] = [own]
-    carried = np.inf
-    if refined:
-        surrogates += [name for name in SURROGATES if name != own]
+    effort, carried = search.effort, np.inf
     if not search.started:
         search.offer(next(hill_climbs(search)).oriented)
-    blind = enumerating and (search.problem.n > OWN_UP_TO or not enumerable(search))
-    if blind:
+    if enumerating and (search.problem.n > OWN_UP_TO or not enumerable(search)):
         surrogates = ["straight"]
+        effort = "quick" if effort == "default" else effort
+    elif refined:
+        surrogates += [name for name in SURROGATES if name != own]
     for k, name in enumerate(surrogates):
-        inner = search.surrogate(name, share=1.0 if k else FIRST_SHARE)
-        if blind and search.effort == "default":
-            inner.effort = "quick"
+        inner = search.surrogate(name, share=1.0 if k else FIRST_SHARE, effort=effort)
         try:
             method(inner)
         finally:  # what it has found before Ctrl-C came

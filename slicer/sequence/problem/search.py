@@ -221,11 +221,11 @@ class Search:
             known = self.lower_bound if self.lower_bound > 0.0 or self.proved else None
             self.listener(Progress(stage, self.cost, known, self._best))
 
-    def surrogate(self, name: ObjectiveName, *, share: float = 1.0) -> "Search":
+    def surrogate(self, name: ObjectiveName, *, share: float = 1.0, effort: str | None = None) -> "Search":
         """A search for another objective from the same initial sequence, whose finds are offered to this one.
 
-        It may take ``share`` of the time that is left. Its counts are those of ``absorb``, to be called in
-        the end.
+        It may take ``share`` of the time that is left, and another ``effort``. Its counts are those of
+        ``absorb``, to be called in the end.
         """
         deadline = self.deadline
         if deadline is not None and share < 1.0:
@@ -233,6 +233,7 @@ class Search:
             deadline = now + share * (deadline - now)
         inner = self.apart(self.seed, replace(self.objective, name=name))
         inner.deadline = deadline
+        inner.effort = effort or self.effort
         inner._goal = self
         return inner
 
