@@ -24,7 +24,7 @@ from slicer.sequence.layered.node_pool import (
     keep_best,
     rebuild_table,
 )
-from slicer.sequence.problem import CostModel, direct_cost, scrambled
+from slicer.sequence.problem import CostModel, direct_cost, least_travel_cost, scrambled
 from slicer.sequence.states import FREE, NONE, OUTSIDE, Blocks, Needs, Skylines, cost_over, needs_printed
 
 
@@ -206,22 +206,25 @@ def expand(
                     estimate = common + value[blocks.move_value[e] + f] - old[k]
                     if other != NONE:
                         estimate += value[blocks.move_value[other] + f] - old[k + 1]
-                    cost = layer.cost[i] + direct_cost(
-                        cost_model, segments[path, f, 0] - out_x, segments[path, f, 1] - out_y
-                    )
+                    dx, dy = segments[path, f, 0] - out_x, segments[path, f, 1] - out_y
+                    direct = direct_cost(cost_model, dx, dy)
+                    cost = layer.cost[i] + direct
                     generated += 1
-                    if sky.routed and cost + estimate <= cut:
-                        over = cost_over(
-                            cost_model,
-                            sky,
-                            printed,
-                            (column[u >> 1], column[path]),
-                            (u >> 1, segments[u >> 1]),
-                            (out_x, out_y),
-                            (segments[path, f, 0], segments[path, f, 1]),
-                        )
-                        if over != FREE:
-                            cost = layer.cost[i] + over
+                    if sky.routed:
+                        if cost_model.join > 0.0:
+                            # A slow hop that has to rise over something is not joined, and then costs less.
+                            cost = layer.cost[i] + least_travel_cost(cost_model, dx, dy)
+                        if cost + estimate <= cut:
+                            over = cost_over(
+                                cost_model,
+                                sky,
+                                printed,
+                                (column[u >> 1], column[path]),
+                                (u >> 1, segments[u >> 1]),
+                                (out_x, out_y),
+                                (segments[path, f, 0], segments[path, f, 1]),
+                            )
+                            cost = layer.cost[i] + (direct if over == FREE else over)
                     if cost + estimate <= cut:
                         if size == len(pool.key):
                             pool = doubled(pool, size)

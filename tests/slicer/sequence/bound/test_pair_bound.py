@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from bodies import bodies
 from exhaustive import least_cost
-from hypothesis import assume, given, reject, settings
+from hypothesis import assume, example, given, reject, settings
 from hypothesis import strategies as st
 
 from slicer.errors import CycleError
 from slicer.grid import Grid
 from slicer.hatch import hatch
-from slicer.nozzle import POINT
+from slicer.nozzle import POINT, NozzleBody
 from slicer.sequence import Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.problem.objective import Objective
@@ -68,6 +68,14 @@ def test_no_multipliers_make_the_bound_exceed_the_optimum(sheet, optimum, seed, 
     objective=st.sampled_from([ROUTED, replace(SLOW_Z, clearance_mm=0.2), replace(SLOW_Z, join_mm=1.0)]),
     body=st.one_of(st.just(POINT), bodies()),
     most=st.sampled_from([np.inf, 0.5]),
+)
+# A hop that is laid slowly costs less where it has to rise, and the search had left it out as too dear.
+@example(
+    seed=545,
+    width=2,
+    objective=replace(SLOW_Z, join_mm=1.0),
+    body=NozzleBody(0.025, 0.0, np.inf, 0.0, 0.0, np.inf, np.inf),
+    most=np.inf,
 )
 def test_with_walls_it_does_not_exceed_the_optimum(sheet, seed, width, objective, body, most):
     segments = sheet(seed, 8, 2)
