@@ -160,7 +160,7 @@ def fix(sheet: Sheet) -> Fixing:
     bound.use_best_multipliers()
     states = states_of(bound)
     least = bound_through_states(
-        bound.blocks, bound.block_costs, bound.ends, bound.arc, bound.ways, bound.value,
+        bound.blocks, bound.block_costs, bound.ends, bound.paid, bound.value,
         roots(bound.blocks, bound.ends, bound.value),
     )  # fmt: skip
     through = np.full(bound.blocks.shape(0, bound.sets), np.nan)

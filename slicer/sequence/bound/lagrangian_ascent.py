@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
+from slicer.sequence.bound.pair_costs import BlockCosts, Paid, apply_multipliers
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.pair_subgradient import add_subgradient
 from slicer.sequence.bound.visits import charge_visits, settle_visits
@@ -41,7 +41,7 @@ def ascend(
     block_costs: BlockCosts,
     ends: Ends,
     ascent: Ascent,
-    paid: tuple[NDArray[np.float64], NDArray[np.float64]],
+    paid: Paid,
     value: NDArray[np.float64],
     target: float,
     iterations: int,
@@ -53,17 +53,16 @@ def ascend(
 
     Args:
         ascent: where it is, carried between calls.
-        paid: room for ``arc`` and ``ways``, which ``apply_multipliers`` writes.
+        paid: room for what ``apply_multipliers`` writes.
         value: room for what ``evaluate`` writes.
         target: a cost that some sequence has.
     """
     multipliers, best, direction, memory = ascent
-    arc, ways = paid
     subgradient = np.empty(len(multipliers))
     for _ in range(iterations):
-        apply_multipliers(blocks, block_costs, multipliers, arc, ways)
-        charge_visits(blocks, block_costs, multipliers, arc, ways)
-        evaluate(blocks, block_costs, ends, arc, ways, value)
+        apply_multipliers(blocks, block_costs, multipliers, paid)
+        charge_visits(blocks, block_costs, multipliers, paid)
+        evaluate(blocks, block_costs, ends, paid, value)
         by_start = roots(blocks, ends, value)
         settle_visits(blocks, block_costs, ends, multipliers, by_start)
         start = 0
@@ -89,7 +88,7 @@ def ascend(
             return True
         for t in range(len(subgradient)):
             subgradient[t] = 0.0
-        add_subgradient(blocks, block_costs, ends, arc, ways, value, start, subgradient)
+        add_subgradient(blocks, block_costs, ends, paid, value, start, subgradient)
         norm = 0.0
         for t in range(len(subgradient)):
             direction[t] = MOMENTUM * direction[t] + (1.0 - MOMENTUM) * subgradient[t]

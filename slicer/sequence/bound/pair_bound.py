@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slicer.sequence.bound.detours import measure_detours, still_there
 from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, Ascent, ascend
-from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
+from slicer.sequence.bound.pair_costs import BlockCosts, Paid, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
 from slicer.sequence.bound.visits import charge_visits, settle_visits
@@ -42,7 +42,7 @@ class PairBound:
         best: float64, the multipliers of the best bound so far.
         direction: float64, the ascent's moving average of subgradients.
         memory: float64 (3,), see ``ascend``.
-        arc, ways: float64, what the blocks pay, as in ``BlockCosts``.
+        paid: what the blocks pay.
         value: float64, the least cost to the end of the block from each value of ``blocks``.
     """
 
@@ -55,16 +55,18 @@ class PairBound:
     best: NDArray[np.float64] = field(init=False)
     direction: NDArray[np.float64] = field(init=False)
     memory: NDArray[np.float64] = field(init=False)
-    arc: NDArray[np.float64] = field(init=False)
-    ways: NDArray[np.float64] = field(init=False)
+    paid: Paid = field(init=False)
     value: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         self.best = self.multipliers.copy()
         self.direction = np.zeros_like(self.multipliers)
         self.memory = np.array([FIRST_STEP, 0.0, -np.inf])
-        self.arc = np.empty_like(self.block_costs.direct)
-        self.ways = np.empty_like(self.block_costs.ways)
+        self.paid = Paid(
+            np.empty_like(self.block_costs.direct),
+            np.empty_like(self.block_costs.ways),
+            np.empty_like(self.block_costs.price_at),
+        )
         self.value = np.empty(self.blocks.value_start[-1])
 
     @classmethod
@@ -124,7 +126,7 @@ class PairBound:
             self.block_costs,
             self.ends,
             Ascent(self.multipliers, self.best, self.direction, self.memory),
-            (self.arc, self.ways),
+            self.paid,
             self.value,
             target,
             iterations,
@@ -133,9 +135,9 @@ class PairBound:
     def use_best_multipliers(self) -> None:
         """Fill ``arc``, ``ways`` and ``value`` from the best multipliers; the ascent may go on from there."""
         self.multipliers[:] = self.best
-        apply_multipliers(self.blocks, self.block_costs, self.best, self.arc, self.ways)
-        charge_visits(self.blocks, self.block_costs, self.best, self.arc, self.ways)
-        evaluate(self.blocks, self.block_costs, self.ends, self.arc, self.ways, self.value)
+        apply_multipliers(self.blocks, self.block_costs, self.best, self.paid)
+        charge_visits(self.blocks, self.block_costs, self.best, self.paid)
+        evaluate(self.blocks, self.block_costs, self.ends, self.paid, self.value)
         self.memory[2] = self._by_start().min()
 
     def _by_start(self) -> NDArray[np.float64]:
@@ -152,7 +154,7 @@ class PairBound:
         """
         by_start = self._by_start()
         least = bound_through_states(
-            self.blocks, self.block_costs, self.ends, self.arc, self.ways, self.value, by_start
+            self.blocks, self.block_costs, self.ends, self.paid, self.value, by_start
         )
         # However close the cut is, the walks that give the bound itself must survive rounding.
         keep = least <= max(cut, self.bound + RELATIVE_EPS * abs(self.bound))

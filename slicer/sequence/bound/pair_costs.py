@@ -21,10 +21,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel, kernel
+from slicer.sequence.bound.jumps import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    Jumps,
+    jumps_over_seams,
+    price_jumps,
+)
 from slicer.sequence.problem import CostModel, least_cost_per_mm, least_travel_cost
 from slicer.sequence.states import OUTSIDE, Blocks, Section
 
-LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
 START_SHARE = 0.46
 """Prices begin with this share of the distance to the nearest toolpath on the other side.
 
@@ -50,7 +58,9 @@ class BlockCosts(NamedTuple):
             [from, to] from pair_start[c] on, empty where the column is no seam.
         detour_start: int64 (s + 1,), the detours of each state, none where travels are priced as direct.
         detour: float32, what a travel costs beyond ``direct`` because of what is printed, see ``detours``.
-        visits: the first multiplier of a visit, one for each of a block's toolpaths; ``size`` where none are.
+        visits: the first multiplier of a visit, one for each of a block's toolpaths, if there are any.
+        visits_end: the end of those.
+        jumps: travels that jump over seam columns, whose prices follow those of visits.
         size: how many multipliers there are.
     """
 
@@ -64,7 +74,23 @@ class BlockCosts(NamedTuple):
     detour_start: NDArray[np.int64]
     detour: NDArray[np.float32]
     visits: int
+    visits_end: int
+    jumps: Jumps
     size: int
+
+
+class Paid(NamedTuple):
+    """What blocks pay at some multipliers.
+
+    Attributes:
+        arc: float64, for each travel inside a block, numbered as ``BlockCosts.direct``.
+        ways: float64 (4, p), for each way of leaving or entering, as ``BlockCosts.ways``.
+        source: int32 (4, p), the price of a jump that a way depends on, or -1.
+    """
+
+    arc: NDArray[np.float64]
+    ways: NDArray[np.float64]
+    source: NDArray[np.int32]
 
 
 class Seams(NamedTuple):
@@ -116,8 +142,12 @@ def block_costs(
         arc_start,
         pair_start[-1],
     )
-    multipliers = np.concatenate([np.zeros(pair_start[-1]), prices, np.zeros(len(blocks.path) * visits)])
     first_visit = int(pair_start[-1]) + len(prices)
+    visits_end = first_visit + len(blocks.path) * visits
+    jumps, begin = jumps_over_seams(section, blocks, ways, beyond, rate, visits_end)
+    multipliers = np.concatenate(
+        [np.zeros(pair_start[-1]), prices, np.zeros(visits_end - first_visit), begin]
+    )
     out = BlockCosts(
         arc_start,
         direct,
@@ -128,6 +158,8 @@ def block_costs(
         pair_start,
         *no_detours(blocks),
         first_visit,
+        visits_end,
+        jumps,
         len(multipliers),
     )
     return out, multipliers
@@ -230,16 +262,17 @@ def apply_multipliers(
     blocks: Blocks,
     block_costs: BlockCosts,
     multipliers: NDArray[np.float64],
-    arc: NDArray[np.float64],
-    ways: NDArray[np.float64],
+    paid: Paid,
 ) -> None:
-    """What each block pays at these multipliers: into ``arc`` and ``ways``, as in ``BlockCosts``."""
+    """What each block pays at these multipliers, into ``paid``."""
+    arc, ways, source = paid
     count = len(blocks.state_start) - 1
     for way in range(4):
         for at in range(ways.shape[1]):
             ways[way, at] = block_costs.ways[way, at]
             if block_costs.price_at[way, at] >= 0:
                 ways[way, at] += block_costs.price_sign[way, at] * multipliers[block_costs.price_at[way, at]]
+    price_jumps(blocks, block_costs.jumps, block_costs.ways, multipliers, ways, source)
     prices = multipliers[block_costs.pair_start[-1] : block_costs.visits].reshape(4, -1)
     for k in range(count):
         low, high = 2 * blocks.path_start[k], 2 * blocks.path_start[k + 1]

@@ -10,14 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.sequence.bound.pair_costs import (
-    ENTER_LEFT,
-    ENTER_RIGHT,
-    LEAVE_LEFT,
-    LEAVE_RIGHT,
-    BlockCosts,
-    detour_row,
-)
+from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.pair_costs import BlockCosts, Paid, detour_row
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
 
@@ -45,14 +39,14 @@ def evaluate(
     blocks: Blocks,
     block_costs: BlockCosts,
     ends: Ends,
-    arc: NDArray[np.float64],
-    ways: NDArray[np.float64],
+    paid: Paid,
     value: NDArray[np.float64],
 ) -> None:
     """Fill ``value``, numbered as ``Blocks`` does: the least cost from there to the end of the block.
 
     Infinite after a toolpath that may not be printed so.
     """
+    arc, ways, _ = paid
     most = 0
     for s in range(len(blocks.dense)):
         most = max(most, 2 * (blocks.move_start[s + 1] - blocks.move_start[s]))

@@ -4,15 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
-from slicer.sequence.bound.pair_costs import (
-    ENTER_LEFT,
-    ENTER_RIGHT,
-    LEAVE_LEFT,
-    LEAVE_RIGHT,
-    BlockCosts,
-    column_of,
-    detour_row,
-)
+from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.pair_costs import BlockCosts, Paid, column_of, detour_row
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.bound.visits import count_visit, count_visits_at_ends
 from slicer.sequence.states import NONE, Blocks
@@ -23,14 +16,14 @@ def add_subgradient(
     blocks: Blocks,
     block_costs: BlockCosts,
     ends: Ends,
-    arc: NDArray[np.float64],
-    ways: NDArray[np.float64],
+    paid: Paid,
     value: NDArray[np.float64],
     start: int,
     subgradient: NDArray[np.float64],
 ) -> None:
     """Walk the cheapest walk of every block from a start; add to ``subgradient`` how the bound grows with the
     multipliers."""
+    ways = paid.ways
     count_visits_at_ends(blocks, block_costs, ends, start, subgradient)
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
@@ -50,14 +43,14 @@ def add_subgradient(
                 # Going outside and coming back is two steps of the walk, at the same state.
                 for side in range(2):
                     if value[x] == value[at + side] + ways[LEAVE_LEFT + side, low + u]:
-                        _pay_way(block_costs, LEAVE_LEFT + side, low + u, subgradient)
+                        _pay_way(block_costs, paid.source, LEAVE_LEFT + side, low + u, subgradient)
                         x, u = at + side, NONE
                         break
-            m, f, way = _next(blocks, block_costs, arc, ways, value, k, s, x)
+            m, f, way = _next(blocks, block_costs, paid, value, k, s, x)
             v = 2 * blocks.move_path[m] + f
             count_visit(block_costs, (low + v) >> 1, subgradient)
             if u == NONE:
-                _pay_way(block_costs, way, low + v, subgradient)
+                _pay_way(block_costs, paid.source, way, low + v, subgradient)
             else:
                 _pay_arc(blocks, block_costs, k, u, v, subgradient)
             s, x = blocks.move_to[m], blocks.move_value[m] + f
@@ -65,7 +58,7 @@ def add_subgradient(
         if u != NONE:
             for side in range(2):
                 if ways[LEAVE_LEFT + side, low + u] == value[x]:
-                    _pay_way(block_costs, LEAVE_LEFT + side, low + u, subgradient)
+                    _pay_way(block_costs, paid.source, LEAVE_LEFT + side, low + u, subgradient)
                     break
 
 
@@ -73,8 +66,7 @@ def add_subgradient(
 def _next(
     blocks: Blocks,
     block_costs: BlockCosts,
-    arc: NDArray[np.float64],
-    ways: NDArray[np.float64],
+    paid: Paid,
     value: NDArray[np.float64],
     k: int,
     s: int,
@@ -90,7 +82,7 @@ def _next(
         for f in range(2):
             v, w = 2 * blocks.move_path[m] + f, value[blocks.move_value[m] + f]
             if u != NONE:
-                cost = arc[block_costs.arc_start[k] + u * stride + v]
+                cost = paid.arc[block_costs.arc_start[k] + u * stride + v]
                 if detours >= 0:
                     cost += block_costs.detour[detours + 2 * (m - blocks.move_start[s]) + f]
                 cost += w
@@ -98,7 +90,7 @@ def _next(
                     best, move, flip = cost, m, f
                 continue
             for way in (ENTER_LEFT, ENTER_RIGHT):
-                cost = ways[way, low + v] + w
+                cost = paid.ways[way, low + v] + w
                 if way - ENTER_LEFT != side:
                     cost += block_costs.cross[k]
                 if cost < best:
@@ -107,9 +99,17 @@ def _next(
 
 
 @inner_kernel
-def _pay_way(block_costs: BlockCosts, way: int, at: int, subgradient: NDArray[np.float64]) -> None:
+def _pay_way(
+    block_costs: BlockCosts,
+    source: NDArray[np.int32],
+    way: int,
+    at: int,
+    subgradient: NDArray[np.float64],
+) -> None:
     if block_costs.price_at[way, at] >= 0:
         subgradient[block_costs.price_at[way, at]] += block_costs.price_sign[way, at]
+    if source[way, at] >= 0:
+        subgradient[source[way, at]] += 1.0 if way < ENTER_LEFT else -1.0
 
 
 @inner_kernel

@@ -11,14 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.bound.pair_costs import (
-    ENTER_LEFT,
-    ENTER_RIGHT,
-    LEAVE_LEFT,
-    LEAVE_RIGHT,
-    BlockCosts,
-    detour_row,
-)
+from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.pair_costs import BlockCosts, Paid, detour_row
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import OUTSIDE, Blocks
 
@@ -28,8 +22,7 @@ def bound_through_states(
     blocks: Blocks,
     block_costs: BlockCosts,
     ends: Ends,
-    arc: NDArray[np.float64],
-    ways: NDArray[np.float64],
+    paid: Paid,
     value: NDArray[np.float64],
     by_start: NDArray[np.float64],
 ) -> NDArray[np.float64]:
@@ -39,6 +32,7 @@ def bound_through_states(
         value: what ``evaluate`` has filled in.
         by_start: what ``roots`` gives for it.
     """
+    arc, ways, _ = paid
     reached = np.empty(len(value))
     for x in range(len(value)):
         reached[x] = np.inf

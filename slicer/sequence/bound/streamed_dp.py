@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.states import holds
 
 

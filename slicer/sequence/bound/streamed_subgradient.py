@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.streamed_dp import Layout, Values, arc_cost, way_cost
 from slicer.sequence.states import NONE
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel
-from slicer.sequence.bound.pair_costs import ENTER_LEFT, ENTER_RIGHT, BlockCosts
+from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT
+from slicer.sequence.bound.pair_costs import BlockCosts, Paid
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import Blocks
 
@@ -20,13 +21,13 @@ def charge_visits(
     blocks: Blocks,
     block_costs: BlockCosts,
     multipliers: NDArray[np.float64],
-    arc: NDArray[np.float64],
-    ways: NDArray[np.float64],
+    paid: Paid,
 ) -> None:
     """Let whatever enters a toolpath pay for the visit, in what ``apply_multipliers`` has filled in."""
     visits = block_costs.visits
-    if visits == block_costs.size:
+    if visits == block_costs.visits_end:
         return
+    arc, ways, _ = paid
     for k in range(len(blocks.state_start) - 1):
         low, stride = 2 * blocks.path_start[k], 2 * (blocks.path_start[k + 1] - blocks.path_start[k])
         for b in range(stride):
@@ -49,10 +50,10 @@ def settle_visits(
 ) -> None:
     """Pay in ``by_start`` for the first toolpath, which nothing enters, and take all multipliers off."""
     visits = block_costs.visits
-    if visits == block_costs.size:
+    if visits == block_costs.visits_end:
         return
     total = 0.0
-    for at in range(visits, block_costs.size):
+    for at in range(visits, block_costs.visits_end):
         total += multipliers[at]
     for t in range(len(by_start)):
         by_start[t] -= total
@@ -66,9 +67,9 @@ def count_visits_at_ends(
 ) -> None:
     """Enter what ``settle_visits`` does for a start into the subgradient."""
     visits = block_costs.visits
-    if visits == block_costs.size:
+    if visits == block_costs.visits_end:
         return
-    for at in range(visits, block_costs.size):
+    for at in range(visits, block_costs.visits_end):
         subgradient[at] -= 1.0
     for k in range(ends.start_home[start, 0], ends.start_home[start, 1] + 1):
         subgradient[visits + _place(blocks, k, ends.starts[start] >> 1)] += 1.0
@@ -77,7 +78,7 @@ def count_visits_at_ends(
 @inner_kernel
 def count_visit(block_costs: BlockCosts, place: int, subgradient: NDArray[np.float64]) -> None:
     """Enter a visit of the toolpath at this place of ``Blocks.path``."""
-    if block_costs.visits < block_costs.size:
+    if block_costs.visits < block_costs.visits_end:
         subgradient[block_costs.visits + place] += 1.0
 
 

@@ -1,0 +1,194 @@
+"""What two blocks pay for a travel that jumps over the seam column between them.
+
+Neither of them has both of its ends. The block that it leaves pays a price for the end there, a multiplier,
+and the block that it enters pays what is left: the least, over all ends that it may come from, of what the
+travel costs less the price there. So the two never pay more than it costs, whatever the prices are. (They
+solve the dual of a transport problem, where that is called the c-transform of the prices: Villani, "Topics in
+Optimal Transportation", 2003.)
+
+Who leaves for farther columns cannot be told apart. Such a travel has a price of its own at either end, which
+does not look at the other one, and no block pays more than that for any jump.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import bare_kernel, inner_kernel
+from slicer.sequence.problem import CostModel, least_travel_cost
+from slicer.sequence.states import Blocks, Section
+
+LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
+"""Ways out of a block and into it."""
+RIGHTWARD, LEFTWARD = range(2)
+
+
+class Jumps(NamedTuple):
+    """The travels over each seam column between the columns next to it.
+
+    Attributes:
+        first: int64 (b + 1, 2), for each seam and direction the first multiplier of those that a jump leaves:
+            one for each oriented toolpath of the column on that side.
+        cost_start: int64 (b + 2,); a seam's costs are a matrix from cost_start on, [from, to] of rightward
+            jumps between oriented toolpaths. A leftward one costs as much as the same the other way round.
+        cost: float64, those matrices.
+        most: float64 (b, 2), what a block pays at most for a jump over the seam on its left and its right,
+            beyond what it pays for a travel whose other end is not known; infinite where there is no farther
+            column.
+    """
+
+    first: NDArray[np.int64]
+    cost_start: NDArray[np.int64]
+    cost: NDArray[np.float64]
+    most: NDArray[np.float64]
+
+
+def jumps_over_seams(
+    section: Section,
+    blocks: Blocks,
+    far: NDArray[np.float64],
+    beyond: NDArray[np.float64],
+    rate: float,
+    first: int,
+) -> tuple[Jumps, NDArray[np.float64]]:
+    """All jumps, and the prices that the ascent begins with.
+
+    Args:
+        section: what is ordered.
+        blocks: its blocks.
+        far: float64 (4, p), what blocks pay for a travel whose other end is not known.
+        beyond: float64 (b + 1,), what a travel over a seam costs beyond its length along x.
+        rate: the least cost of a millimetre along x.
+        first: the number of the first price.
+    """
+    count, seams = blocks.blocks, blocks.bounds
+    firsts = np.full((count + 1, 2), -1, np.int64)
+    cost_start = np.zeros(count + 2, np.int64)
+    most = np.full((count, 2), np.inf)
+    matrices, prices = [np.empty((0, 0))], [np.empty(0)]
+    for t in range(1, count):
+        seam = int(seams[t])
+        left, right = _places(blocks, t - 1, seam - 1), _places(blocks, t, seam + 1)
+        cost = np.empty((left.stop - left.start, right.stop - right.start))
+        _measure_jumps(
+            section.segments,
+            section.cost_model,
+            blocks.path[left.start // 2 : left.stop // 2],
+            blocks.path[right.start // 2 : right.stop // 2],
+            cost,
+        )
+        matrices.append(cost)
+        cost_start[t + 1] = cost_start[t] + cost.size
+        firsts[t] = first, first + cost.shape[0]
+        first += sum(cost.shape)
+        prices += [far[LEAVE_RIGHT, left], far[LEAVE_LEFT, right]]
+        for block, side, a, b in ((t - 1, 1, seam - 1, seam + 2), (t, 0, seam - 2, seam + 1)):
+            if a >= 0 and b < section.columns:
+                gap = _gap(section, a, b)
+                farther = least_travel_cost(section.cost_model, gap, 0.0) - rate * gap
+                most[block, side] = 0.5 * max(0.0, farther - beyond[t])
+    cost_start[count + 1] = cost_start[count]
+    cost = np.concatenate([matrix.ravel() for matrix in matrices])
+    return Jumps(firsts, cost_start, cost, most), np.concatenate(prices)
+
+
+def _places(blocks: Blocks, k: int, column: int) -> slice:
+    """Where block k has the oriented toolpaths of a column, in the numbers of all blocks."""
+    before = blocks.column_start[column] - blocks.column_start[blocks.bounds[k]]
+    at = 2 * int(blocks.path_start[k] + before)
+    return slice(at, at + 2 * int(blocks.column_size[column]))
+
+
+def _gap(section: Section, a: int, b: int) -> float:
+    """How far column b is to the right of column a, in mm."""
+    x = section.segments[:, :, 0]
+    return float(max(0.0, x[section.column == b].min() - x[section.column == a].max()))
+
+
+@bare_kernel
+def _measure_jumps(
+    segments: NDArray[np.float64],
+    cost_model: CostModel,
+    left: NDArray[np.int32],
+    right: NDArray[np.int32],
+    cost: NDArray[np.float64],
+) -> None:
+    for a in range(cost.shape[0]):
+        s, f = left[a >> 1], a & 1
+        for b in range(cost.shape[1]):
+            t, g = right[b >> 1], b & 1
+            dx, dy = segments[t, g, 0] - segments[s, 1 - f, 0], segments[t, g, 1] - segments[s, 1 - f, 1]
+            # A hop may be joined one way only.
+            cost[a, b] = min(least_travel_cost(cost_model, dx, dy), least_travel_cost(cost_model, -dx, -dy))
+
+
+@inner_kernel
+def price_jumps(
+    blocks: Blocks,
+    jumps: Jumps,
+    far: NDArray[np.float64],
+    multipliers: NDArray[np.float64],
+    ways: NDArray[np.float64],
+    source: NDArray[np.int32],
+) -> None:
+    """Let jumps cost what their prices say.
+
+    Args:
+        blocks: where jumps leave and enter.
+        jumps: they.
+        far: as ``jumps_over_seams`` was given it.
+        multipliers: prices among them.
+        ways: what blocks pay, ``far`` included; changed in place.
+        source: filled with the multiplier that each way of leaving grows with, and each way of entering falls
+            with; or -1.
+    """
+    source[:] = -1
+    for t in range(1, len(blocks.state_start) - 1):
+        before = blocks.column_start[blocks.bounds[t] - 1] - blocks.column_start[blocks.bounds[t - 1]]
+        left = 2 * (blocks.path_start[t - 1] + before)
+        right = 2 * (blocks.path_start[t] + blocks.column_size[blocks.bounds[t]])
+        most = (jumps.most[t - 1, 1], jumps.most[t, 0])
+        _price(blocks, jumps, (t, RIGHTWARD), (left, right), most, (far, ways), multipliers, source)
+        _price(
+            blocks, jumps, (t, LEFTWARD), (right, left), (most[1], most[0]), (far, ways), multipliers, source
+        )
+
+
+@inner_kernel
+def _price(
+    blocks: Blocks,
+    jumps: Jumps,
+    over: tuple[int, int],
+    at: tuple[int, int],
+    most: tuple[float, float],
+    far_and_ways: tuple[NDArray[np.float64], NDArray[np.float64]],
+    multipliers: NDArray[np.float64],
+    source: NDArray[np.int32],
+) -> None:
+    """Price the jumps over one seam in one direction, from the column at ``at[0]`` to that at ``at[1]``."""
+    t, direction = over
+    far, ways = far_and_ways
+    leave, enter = (LEAVE_RIGHT, ENTER_LEFT) if direction == RIGHTWARD else (LEAVE_LEFT, ENTER_RIGHT)
+    seam = blocks.bounds[t]
+    columns = 2 * blocks.column_size[seam + 1]
+    low, first = jumps.cost_start[t], jumps.first[t, direction]
+    leaving = 2 * blocks.column_size[seam - 1 if direction == RIGHTWARD else seam + 1]
+    entering = 2 * blocks.column_size[seam + 1 if direction == RIGHTWARD else seam - 1]
+    for a in range(leaving):
+        u = at[0] + a
+        if multipliers[first + a] < far[leave, u] + most[0]:
+            source[leave, u] = first + a
+        ways[leave, u] += min(multipliers[first + a] - far[leave, u], most[0])
+    for b in range(entering):
+        v = at[1] + b
+        least = far[enter, v] + most[1]
+        for a in range(leaving):
+            u = at[0] + a
+            if blocks.allowed[u]:
+                place = a * columns + b if direction == RIGHTWARD else (b ^ 1) * columns + (a ^ 1)
+                rest = jumps.cost[low + place] - min(multipliers[first + a], far[leave, u] + most[0])
+                if rest < least:
+                    least = rest
+                    source[enter, v] = source[leave, u]
+        ways[enter, v] += least - far[enter, v]

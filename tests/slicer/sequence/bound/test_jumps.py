@@ -1,0 +1,123 @@
+"""Prices of travels that jump over a seam column: two blocks together never pay more than it costs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from slicer.generate import random_walk
+from slicer.hatch import hatch
+from slicer.sequence import Problem, solve
+from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, MOMENTUM
+from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.problem import least_travel_cost
+from slicer.sequence.problem.objective import Objective
+from slicer.sequence.states.blocks import cover
+from slicer.sequence.states.downsets import down_sets
+from slicer.sequence.states.section import Section
+
+SLOW_Z = Objective("time", 0.0, (20.0, 20.0, 2.0), (500.0, 500.0, 30.0), fixed_s=0.05, fixed_from_mm=0.3)
+OBJECTIVES = (
+    Objective(),
+    SLOW_Z,
+    replace(SLOW_Z, join_mm=1.0),
+    replace(SLOW_Z, join_mm=1.0, join_downhill_deg=20.0),
+)
+
+
+def bound_of(problem: Problem, objective: Objective, most_states: int = 0) -> PairBound:
+    section = Section.whole(problem, objective)
+    sets = down_sets(section, 10**6)
+    return PairBound.over(section, sets, cover(sets, most_states))
+
+
+PAPER = Objective("time", 0.2, (100.0, 200.0, 10.0), (500.0, 1000.0, 100.0), 0.087, 1.5)
+"""The machine of the profile ``paper``, whose vertical axis is slow."""
+
+
+def walk(seed: int, objective: Objective, spacing_mm: float = 0.3) -> PairBound:
+    segments = hatch(random_walk(5, 4, seed=seed, spacing_mm=spacing_mm)).segments
+    return bound_of(Problem.build(segments), objective)
+
+
+def shares(bound: PairBound) -> np.ndarray:
+    """What blocks pay for travels of which they see one end, without the prices at their seams."""
+    costs, at = bound.block_costs, bound.block_costs.price_at
+    price = np.where(at >= 0, costs.price_sign * bound.best[at], 0.0)
+    return bound.paid.ways - price
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    seed=st.integers(0, 10**6), most_states=st.sampled_from([0, 300]), objective=st.sampled_from(OBJECTIVES)
+)
+def test_all_blocks_together_pay_no_more_than_a_jump_costs(sheet, seed, most_states, objective):
+    bound = bound_of(Problem.build(sheet(seed, 14, 3)), objective, most_states)
+    blocks, section, costs = bound.blocks, bound.section, bound.block_costs
+    assume(blocks.blocks > 1)
+    bound.best += np.random.default_rng(seed).normal(0.0, 0.3, len(bound.best))
+    bound.use_best_multipliers()
+    paid = shares(bound)
+    seams, place = blocks.bounds, {}
+    for k in range(blocks.blocks):
+        for at in range(2 * blocks.path_start[k], 2 * blocks.path_start[k + 1]):
+            place[k, 2 * blocks.path[at >> 1] + (at & 1)] = at
+    seen = 0
+    for u in range(2 * section.n):
+        for v in range(2 * section.n):
+            a, b = section.column[u >> 1], section.column[v >> 1]
+            first, last = min(a, b), max(a, b)
+            over = [t for t in range(1, blocks.blocks) if first < seams[t] < last]
+            if not over:
+                continue
+            left, right = over[0] - 1, over[-1]
+            if a < b:
+                total = paid[LEAVE_RIGHT, place[left, u]] + paid[ENTER_LEFT, place[right, v]]
+            else:
+                total = paid[LEAVE_LEFT, place[right, u]] + paid[ENTER_RIGHT, place[left, v]]
+            total += costs.cross[left + 1 : right].sum()
+            d = section.segments[v >> 1, v & 1] - section.segments[u >> 1, 1 - (u & 1)]
+            assert total <= least_travel_cost(section.cost_model, d[0], d[1]) + 1e-9
+            seen += 1
+    assume(seen > 0)
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_slope_is_that_of_the_bound(seed, objective):
+    bound = walk(seed, objective)
+    random = np.random.default_rng(seed)
+    prices = np.zeros(len(bound.best), np.bool_)
+    prices[bound.block_costs.visits_end :] = True
+
+    def at(multipliers: np.ndarray) -> tuple[float, np.ndarray]:
+        """The bound, and the subgradient that a first step of the ascent goes along."""
+        bound.multipliers[:], bound.direction[:], bound.memory[:] = (
+            multipliers,
+            0.0,
+            (FIRST_STEP, 0.0, -np.inf),
+        )
+        bound.improve(1e3, 1)
+        return bound.bound, bound.direction / (1.0 - MOMENTUM)
+
+    scale = 0.02 if objective.unit == "s" else 0.05
+    here = bound.multipliers + random.normal(0.0, scale, len(prices))
+    here[prices] -= 10 * scale  # so that jumps are worth their while
+    value, slope = at(here)
+    assert np.abs(slope[prices]).max() > 0
+    for _ in range(5):
+        direction = random.normal(0.0, 1e-7, len(prices))
+        assert at(here + direction)[0] - value == pytest.approx(float(slope @ direction), abs=1e-11)
+
+
+def test_they_raise_the_bound_in_seconds():
+    bound, without = walk(1, PAPER, 0.2), walk(1, PAPER, 0.2)
+    without.block_costs.jumps.most[:] = 0.0
+    without.multipliers[without.block_costs.visits_end :] = np.inf  # then nobody asks where a jump goes
+    target = solve(Problem.build(bound.section.segments), objective=PAPER, effort="quick").cost
+    for one in (bound, without):
+        one.improve(target, 150)
+    assert bound.bound > 1.01 * without.bound
