@@ -12,7 +12,13 @@ from slicer.sequence.bound import raise_cheap_bound
 from slicer.sequence.construct import greedy, multistart, start_greedily
 from slicer.sequence.layered import beam, exact
 from slicer.sequence.local_search import local
-from slicer.sequence.portfolio import CARRY_UP_TO, WINDOWS_UP_TO, auto, run_workers, search_by_surrogates
+from slicer.sequence.portfolio import (
+    CARRY_AGAIN_UP_TO,
+    WINDOWS_UP_TO,
+    auto,
+    run_workers,
+    search_by_surrogates,
+)
 from slicer.sequence.problem import (
     EFFORTS,
     Method,
@@ -182,7 +188,7 @@ def _carrying_skyline(method: str, n: int, effort: str) -> str | None:
     """The method over down-sets that goes with this one, if the sheet is small enough for it."""
     if method in ("exact", "beam"):
         return method
-    return "exact" if method == "auto" and n <= CARRY_UP_TO[effort] else None
+    return "exact" if method == "auto" and n <= CARRY_AGAIN_UP_TO[effort] else None
 
 
 def _goal(objective: ObjectiveName | Objective) -> Objective:

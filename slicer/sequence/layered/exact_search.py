@@ -24,6 +24,14 @@ comes to 4.5 %, and to 6.3 % without.
 """
 BRANCHING = 24
 """About so many nodes are generated from one."""
+WIDE = 1_000
+"""A search of this width that has found nothing better is not repeated before it may end in the proof."""
+LAST_SEARCH = 0.35
+"""The share of the budget that is kept for that; until then the bound rises and strikes out states."""
+STANDSTILL = 0.05
+"""A bound that rises by less than this part of the gap in a round has come as far as it pays."""
+FULL = 9
+"""That search is so many times wider than it could be if all its layers were full."""
 ROUNDS = ((10, 50), (20, 100), (30, 500), (40, 1_000), (50, 2_000), (60, 5_000))
 """Steps of the bound and width of the search in each round; later ones double the width."""
 
@@ -43,18 +51,28 @@ def exact(search: Search) -> None:
     if opened is None:
         return raise_relaxed_bound(search)
     bound, complete = opened
-    turn = 0
+    turn, found_less = 0, True
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
         steps, width = ROUNDS[min(turn, len(ROUNDS) - 1)]
         width <<= max(0, turn - len(ROUNDS) + 1)
+        turn += 1
+        before = bound.bound
         raise_bound(search, bound, budget, steps, complete=complete)
         if bound.bound >= search.cost:
             break
-        affordable = (budget.limit - budget.spent) // (BRANCHING * n)
-        width = int(max(50, min(width, affordable)))
+        rest = budget.limit - budget.spent
+        rises = bound.bound > before + STANDSTILL * (search.cost - before)
+        if not found_less and rises and rest > LAST_SEARCH * budget.limit:
+            bound.fix_states(search.cost)
+            bound.use_best_multipliers()
+            continue
+        affordable = rest // (BRANCHING * n)
+        width = FULL * affordable if not found_less else min(width, affordable)
+        width = int(max(50, width))
+        before_search = search.cost
         found = search_below(search, bound, budget, width, complete=complete, most_nodes=MOST_NODES)
         if not complete and found.finished and found.lower_bound >= search.cost:
             break  # nothing better in this corridor
         search.report("search")
-        turn += 1
+        found_less = search.cost < before_search or width < WIDE
     return None if complete else raise_relaxed_bound(search)

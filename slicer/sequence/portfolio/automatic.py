@@ -19,8 +19,10 @@ from slicer.sequence.tree_search import STRIDE, improve_by_trees
 
 PROVE_UP_TO = {"quick": 250, "default": 1_400, "high": 1_400}
 """Toolpaths up to which a proof for straight travel is tried before anything else."""
-CARRY_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
+CARRY_UP_TO = {"quick": 250, "default": 800, "high": 1_400}
 """The same for objectives whose states carry the skyline, which makes them dearer."""
+CARRY_AGAIN_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
+"""Toolpaths up to which such states are searched around what was refined by its true cost, too."""
 PROVE_AT_ONCE = 300
 """Toolpaths up to which the proof needs no better start."""
 BEAM_UP_TO = {"quick": 1_500, "default": 6_000, "high": 8_000}
