@@ -25,7 +25,10 @@ comes to 4.5 %, and to 6.3 % without.
 BRANCHING = 24
 """About so many nodes are generated from one."""
 WIDE = 1_000
-"""A search of this width that has found nothing better is not repeated before it may end in the proof."""
+"""A search of this width that has found nothing better is not repeated before it may end in the proof, if the
+proof is in reach."""
+IN_REACH = 0.03
+"""The gap up to which it is."""
 LAST_SEARCH = 0.35
 """The share of the budget that is kept for that; until then the bound rises and strikes out states."""
 STANDSTILL = 0.05
@@ -62,12 +65,13 @@ def exact(search: Search) -> None:
             break
         rest = budget.limit - budget.spent
         rises = bound.bound > before + STANDSTILL * (search.cost - before)
-        if not found_less and rises and rest > LAST_SEARCH * budget.limit:
+        last = not found_less and bound.bound > (1.0 - IN_REACH) * search.cost
+        if last and rises and rest > LAST_SEARCH * budget.limit:
             bound.fix_states(search.cost)
             bound.use_best_multipliers()
             continue
         affordable = rest // (BRANCHING * n)
-        width = FULL * affordable if not found_less else min(width, affordable)
+        width = FULL * affordable if last else min(width, affordable)
         width = int(max(50, width))
         before_search = search.cost
         found = search_below(search, bound, budget, width, complete=complete, most_nodes=MOST_NODES)
