@@ -29,11 +29,11 @@ WIDE = 1_000
 proof is in reach."""
 IN_REACH = 0.03
 """The gap up to which it is."""
-LAST_SEARCH = 0.35
+LAST_SEARCH = 0.3
 """The share of the budget that is kept for that; until then the bound rises and strikes out states."""
-STANDSTILL = 0.05
+STANDSTILL = 0.03
 """A bound that rises by less than this part of the gap in a round has come as far as it pays."""
-FULL = 9
+FULL = 12
 """That search is so many times wider than it could be if all its layers were full."""
 ROUNDS = ((10, 50), (20, 100), (30, 500), (40, 1_000), (50, 2_000), (60, 5_000))
 """Steps of the bound and width of the search in each round; later ones double the width."""
