@@ -39,8 +39,10 @@ ROUNDS = ((10, 50), (20, 100), (30, 500), (40, 1_000), (50, 2_000), (60, 5_000))
 """Steps of the bound and width of the search in each round; later ones double the width."""
 
 
-def exact(search: Search) -> None:
+def exact(search: Search, *, settle: bool = False) -> None:
     """Prove the optimum if the effort is enough, and offer the best sequence in any case.
+
+    With ``settle`` it ends where a search finds nothing better and hardly anything is left to gain.
 
     Without a proof, the lower bound is that of the pair bound or of the states that were cut off. Where
     the columns have too many down-sets, a corridor around the best sequence is searched and nothing is
@@ -79,4 +81,6 @@ def exact(search: Search) -> None:
             break  # nothing better in this corridor
         search.report("search")
         found_less = search.cost < before_search or width < WIDE
+        if settle and not found_less and search.near_enough:
+            break
     return None if complete else raise_relaxed_bound(search)

@@ -21,6 +21,8 @@ PROVE_UP_TO = {"quick": 250, "default": 1_400, "high": 1_400}
 """Toolpaths up to which a proof for straight travel is tried before anything else."""
 CARRY_UP_TO = {"quick": 250, "default": 800, "high": 1_400}
 """The same for objectives whose states carry the skyline, which makes them dearer."""
+PROVE_FULLY_UP_TO = 500
+"""With more toolpaths such a proof ends where hardly anything is left to gain: it would take longer than that."""
 CARRY_AGAIN_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
 """Toolpaths up to which such states are searched around what was refined by its true cost, too."""
 PROVE_AT_ONCE = 300
@@ -63,9 +65,11 @@ def _stages(search: Search) -> bool:
         if n > PROVE_AT_ONCE and not anneal(search, perturbations=SETTLE * n):
             return False
         settled = search.cost
-        up_to = CARRY_UP_TO if search.objective.routed else PROVE_UP_TO
-        prove = exact if n <= up_to[effort] else beam
-        prove(search)
+        routed = search.objective.routed
+        if n <= (CARRY_UP_TO if routed else PROVE_UP_TO)[effort]:
+            exact(search, settle=routed and n > PROVE_FULLY_UP_TO)
+        else:
+            beam(search)
         if search.proved:
             return True
         if search.should_stop():
