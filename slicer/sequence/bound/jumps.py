@@ -66,11 +66,17 @@ def jumps_over_seams(
     firsts = np.full((count + 1, 2), -1, np.int64)
     cost_start = np.zeros(count + 2, np.int64)
     most = np.full((count, 2), np.inf)
-    matrices, prices = [np.empty((0, 0))], [np.empty(0)]
+    prices = [np.empty(0)]
+    for t in range(1, count):
+        seam = int(seams[t])
+        pairs = 4 * int(blocks.column_size[seam - 1]) * int(blocks.column_size[seam + 1])
+        cost_start[t + 1] = cost_start[t] + pairs
+    cost_start[count + 1] = cost_start[count]
+    costs = np.empty(cost_start[-1])
     for t in range(1, count):
         seam = int(seams[t])
         left, right = _places(blocks, t - 1, seam - 1), _places(blocks, t, seam + 1)
-        cost = np.empty((left.stop - left.start, right.stop - right.start))
+        cost = costs[cost_start[t] : cost_start[t + 1]].reshape(left.stop - left.start, -1)
         _measure_jumps(
             section.segments,
             section.cost_model,
@@ -78,8 +84,6 @@ def jumps_over_seams(
             blocks.path[right.start // 2 : right.stop // 2],
             cost,
         )
-        matrices.append(cost)
-        cost_start[t + 1] = cost_start[t] + cost.size
         firsts[t] = first, first + cost.shape[0]
         first += sum(cost.shape)
         prices += [far[LEAVE_RIGHT, left], far[LEAVE_LEFT, right]]
@@ -88,9 +92,7 @@ def jumps_over_seams(
                 gap = _gap(section, a, b)
                 farther = least_travel_cost(section.cost_model, gap, 0.0) - rate * gap
                 most[block, side] = 0.5 * max(0.0, farther - beyond[t])
-    cost_start[count + 1] = cost_start[count]
-    cost = np.concatenate([matrix.ravel() for matrix in matrices])
-    return Jumps(firsts, cost_start, cost, most), np.concatenate(prices)
+    return Jumps(firsts, cost_start, costs, most), np.concatenate(prices)
 
 
 def _places(blocks: Blocks, k: int, column: int) -> slice:

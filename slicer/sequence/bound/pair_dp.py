@@ -127,10 +127,10 @@ def _finish(
         if not left and not right:
             own = ends.last_local[0] if ends.last_home[0] == k else ends.last_local[1]
             value[x] = 0.0 if u == own else np.inf
-        if left:
-            value[x] = min(value[x], ways[LEAVE_LEFT, low + u])
-        if right:
-            value[x] = min(value[x], ways[LEAVE_RIGHT, low + u])
+        # It may go out either way and pass over to where the sequence ends.
+        value[x] = min(
+            value[x], value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u]
+        )
 
 
 @kernel

@@ -56,8 +56,9 @@ def add_subgradient(
             s, x = blocks.move_to[m], blocks.move_value[m] + f
         u = blocks.value_path[x]
         if u != NONE:
+            at = blocks.value_start[final]
             for side in range(2):
-                if ways[LEAVE_LEFT + side, low + u] == value[x]:
+                if value[x] == value[at + side] + ways[LEAVE_LEFT + side, low + u]:
                     _pay_way(block_costs, paid.source, LEAVE_LEFT + side, low + u, subgradient)
                     break
 

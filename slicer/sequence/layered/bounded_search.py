@@ -39,6 +39,7 @@ def search_below(
     *,
     complete: bool,
     most_nodes: int = np.iinfo(np.int64).max,
+    enough: int = np.iinfo(np.int64).max,
 ) -> LayeredSearch:
     """Fix states, look for less than the best so far in the rest, and tell search and budget.
 
@@ -46,7 +47,7 @@ def search_below(
     """
     bound.fix_states(search.cost)
     bound.use_best_multipliers()
-    found = search_layers(search, bound, search.cost, width, most_nodes=most_nodes)
+    found = search_layers(search, bound, search.cost, width, most_nodes=most_nodes, enough=enough)
     budget.add(found)
     search.nodes_visited += found.nodes
     search.states_created += found.generated

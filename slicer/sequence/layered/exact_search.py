@@ -73,10 +73,12 @@ def exact(search: Search, *, settle: bool = False) -> None:
             bound.use_best_multipliers()
             continue
         affordable = rest // (BRANCHING * n)
-        width = FULL * affordable if last else min(width, affordable)
+        width = min(FULL * affordable, MOST_NODES // n) if last else min(width, affordable)
         width = int(max(50, width))
         before_search = search.cost
-        found = search_below(search, bound, budget, width, complete=complete, most_nodes=MOST_NODES)
+        found = search_below(
+            search, bound, budget, width, complete=complete, most_nodes=MOST_NODES, enough=rest
+        )
         if not complete and found.finished and found.lower_bound >= search.cost:
             break  # nothing better in this corridor
         search.report("search")

@@ -13,6 +13,8 @@ from slicer.sequence.states import needs, out_of_reach, sets_of_states
 
 RELATIVE_EPS = 1e-10
 """A sequence must be better by this part of its cost to count as better; rounding stays far below."""
+NARROW = 500
+"""Nodes of a layer, where a search has generated as many nodes as it should have in all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +47,7 @@ def search_layers(
     width: int,
     *,
     most_nodes: int = np.iinfo(np.int64).max,
+    enough: int = np.iinfo(np.int64).max,
 ) -> LayeredSearch:
     """Search below ``cut``, guided by a bound at its best multipliers.
 
@@ -54,12 +57,12 @@ def search_layers(
         cut: only sequences that cost less are of interest.
         width: the most nodes of a layer.
         most_nodes: the search gives up beyond so many nodes in all.
+        enough: once it has generated so many nodes, its layers have ``NARROW`` at most.
     """
     section, blocks = bound.section, bound.blocks
     below = cut - RELATIVE_EPS * abs(cut) if np.isfinite(cut) else cut
     # Neither times nor detours are sure to obey the triangle inequality.
     metric = not section.cost_model.timed and not section.routed
-    limits = Limits(below, width, metric)
     distant = needs(section, bound.sets, out_of_reach(section, blocks.home))
     sheet = Sheet(section.segments, section.column, bound.sets.local, distant, section.cost_model)
     state_sets = np.zeros(1, np.int64), np.zeros(1, np.int32)
@@ -73,6 +76,7 @@ def search_layers(
         nodes += len(layer.last)
         if nodes > most_nodes or search.should_stop():
             return LayeredSearch(None, np.inf, bound.bound, nodes, generated, widest, False)
+        limits = Limits(below, width if generated <= enough else min(width, NARROW), metric)
         pool, size, dropped, more = expand(
             blocks, bound.value, sheet, layer, pool, bound.sky, state_sets, limits
         )

@@ -22,7 +22,7 @@ PROVE_UP_TO = {"quick": 250, "default": 1_400, "high": 1_400}
 CARRY_UP_TO = {"quick": 250, "default": 800, "high": 1_400}
 """The same for objectives whose states carry the skyline, which makes them dearer."""
 PROVE_FULLY_UP_TO = 500
-"""With more toolpaths such a proof ends where hardly anything is left to gain: it would take longer than that."""
+"""With more toolpaths such a proof ends where hardly anything is left to gain; it would take longer."""
 CARRY_AGAIN_UP_TO = {"quick": 250, "default": 700, "high": 1_400}
 """Toolpaths up to which such states are searched around what was refined by its true cost, too."""
 PROVE_AT_ONCE = 300

@@ -121,3 +121,25 @@ def test_they_raise_the_bound_in_seconds():
     for one in (bound, without):
         one.improve(target, 150)
     assert bound.bound > 1.01 * without.bound
+
+
+FOUR_COLUMNS = [
+    [[1.8339, 1.8878], [1.5784, 1.1571]],
+    [[1.5095, -0.6579], [1.1234, -0.6579]],
+    [[0.5495, 0.6034], [0.1099, 0.5120]],
+    [[1.5095, -0.0260], [1.5095, 0.3980]],
+]
+"""A toolpath in each; the best sequences to the one on the right go left once more before it."""
+
+
+@pytest.mark.parametrize("last", range(8))
+def test_a_fixed_end_may_be_come_to_from_either_side(optimum, last):
+    slow = Objective("time", 0.0, (1.149, 33.6, 2.0185), (141.8, 13.06, 0.105))
+    problem = Problem.build(np.array(FOUR_COLUMNS))
+    best = optimum(problem, slow, last=last)
+    section = replace(Section.whole(problem, slow), last=last)
+    sets = down_sets(section, 10**6)
+    bound = PairBound.over(section, sets, cover(sets, 0))
+    for _ in range(20):
+        bound.improve(1.2 * best, 30)
+        assert bound.bound <= best + 1e-9
