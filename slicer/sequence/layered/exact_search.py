@@ -77,7 +77,13 @@ def exact(search: Search, *, settle: bool = False) -> None:
         width = int(max(50, width))
         before_search = search.cost
         found = search_below(
-            search, bound, budget, width, complete=complete, most_nodes=MOST_NODES, enough=rest
+            search,
+            bound,
+            budget,
+            width,
+            complete=complete,
+            most_nodes=MOST_NODES,
+            enough=min(2 * rest, budget.limit),
         )
         if not complete and found.finished and found.lower_bound >= search.cost:
             break  # nothing better in this corridor

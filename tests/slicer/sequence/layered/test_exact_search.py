@@ -11,9 +11,12 @@ from searching import searched
 from slicer import generate
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
+from slicer.sequence.construct import start_along_levels
 from slicer.sequence.construct.hill_climbing import greedy
+from slicer.sequence.layered.bounded_search import bound_around
 from slicer.sequence.layered.exact_search import exact
-from slicer.sequence.problem.search import Progress
+from slicer.sequence.layered.layered_search import search_layers
+from slicer.sequence.problem.search import Progress, Search
 
 
 def line(x0: float, y0: float, x1: float, y1: float) -> list[list[float]]:
@@ -117,3 +120,22 @@ def test_where_columns_have_too_many_down_sets_nothing_false_is_claimed(monkeypa
     found = searched(exact, problem)
     assert problem.refusal(found.oriented >> 1) is None
     assert 0.0 < found.lower_bound <= optimum + 1e-9
+
+
+def test_a_search_that_has_generated_enough_goes_on_narrowly():
+    problem = Problem.build(hatch(generate.random_walk(4, 4, seed=1)).segments, first=0)
+    search = Search(problem)
+    start_along_levels(search)
+    opened = bound_around(search, 40_000)
+    assert opened is not None
+    bound, complete = opened
+    assert complete
+    bound.improve(search.cost, 5)  # far from a proof, so that nearly all states are looked at
+    bound.use_best_multipliers()
+    wide = search_layers(search, bound, search.cost, 5_000)
+    narrow = search_layers(search, bound, search.cost, 5_000, enough=wide.generated // 10)
+    assert wide.widest == 5_000
+    assert wide.generated // 10 < narrow.generated < wide.generated // 2
+    assert narrow.finished
+    assert narrow.oriented is not None
+    assert min(narrow.cost, narrow.lower_bound) <= wide.cost + 1e-9
