@@ -28,6 +28,8 @@ class Jumps(NamedTuple):
     """The travels over each seam column between the columns next to it.
 
     Attributes:
+        at: int64 (b + 1, 2), for each seam where the oriented toolpaths of the columns on its left and on its
+            right begin, in the numbers of all blocks.
         first: int64 (b + 1, 2), for each seam and direction the first multiplier of those that a jump leaves:
             one for each oriented toolpath of the column on that side.
         cost_start: int64 (b + 2,); a seam's costs are a matrix from cost_start on, [from, to] of rightward
@@ -38,6 +40,7 @@ class Jumps(NamedTuple):
             column.
     """
 
+    at: NDArray[np.int64]
     first: NDArray[np.int64]
     cost_start: NDArray[np.int64]
     cost: NDArray[np.float64]
@@ -63,7 +66,7 @@ def jumps_over_seams(
         first: the number of the first price.
     """
     count, seams = blocks.blocks, blocks.bounds
-    firsts = np.full((count + 1, 2), -1, np.int64)
+    at, firsts = np.full((2, count + 1, 2), -1, np.int64)
     cost_start = np.zeros(count + 2, np.int64)
     most = np.full((count, 2), np.inf)
     prices = [np.empty(0)]
@@ -84,15 +87,13 @@ def jumps_over_seams(
             blocks.path[right.start // 2 : right.stop // 2],
             cost,
         )
-        firsts[t] = first, first + cost.shape[0]
+        at[t], firsts[t] = (left.start, right.start), (first, first + cost.shape[0])
         first += sum(cost.shape)
         prices += [far[LEAVE_RIGHT, left], far[LEAVE_LEFT, right]]
         for block, side, a, b in ((t - 1, 1, seam - 1, seam + 2), (t, 0, seam - 2, seam + 1)):
             if a >= 0 and b < section.columns:
-                gap = _gap(section, a, b)
-                farther = least_travel_cost(section.cost_model, gap, 0.0) - rate * gap
-                most[block, side] = 0.5 * max(0.0, farther - beyond[t])
-    return Jumps(firsts, cost_start, costs, most), np.concatenate(prices)
+                most[block, side] = 0.5 * max(0.0, beyond_length(section, a, b, rate) - beyond[t])
+    return Jumps(at, firsts, cost_start, costs, most), np.concatenate(prices)
 
 
 def _places(blocks: Blocks, k: int, column: int) -> slice:
@@ -102,10 +103,14 @@ def _places(blocks: Blocks, k: int, column: int) -> slice:
     return slice(at, at + 2 * int(blocks.column_size[column]))
 
 
-def _gap(section: Section, a: int, b: int) -> float:
-    """How far column b is to the right of column a, in mm."""
+def beyond_length(section: Section, a: int, b: int, rate: float) -> float:
+    """What any travel from column a to column b, on its right, costs beyond its length along x.
+
+    No cost of a length falls behind ``rate``, so the nearest ends of the two have the least.
+    """
     x = section.segments[:, :, 0]
-    return float(max(0.0, x[section.column == b].min() - x[section.column == a].max()))
+    gap = x[section.column == b].min() - x[section.column == a].max()
+    return float(least_travel_cost(section.cost_model, gap, 0.0) - rate * gap)
 
 
 @bare_kernel
@@ -147,49 +152,45 @@ def price_jumps(
     """
     source[:] = -1
     for t in range(1, len(blocks.state_start) - 1):
-        before = blocks.column_start[blocks.bounds[t] - 1] - blocks.column_start[blocks.bounds[t - 1]]
-        left = 2 * (blocks.path_start[t - 1] + before)
-        right = 2 * (blocks.path_start[t] + blocks.column_size[blocks.bounds[t]])
-        most = (jumps.most[t - 1, 1], jumps.most[t, 0])
-        _price(blocks, jumps, (t, RIGHTWARD), (left, right), most, (far, ways), multipliers, source)
-        _price(
-            blocks, jumps, (t, LEFTWARD), (right, left), (most[1], most[0]), (far, ways), multipliers, source
-        )
+        for direction in range(2):
+            _price(blocks, jumps, t, direction, far, multipliers, ways, source)
 
 
 @inner_kernel
 def _price(
     blocks: Blocks,
     jumps: Jumps,
-    over: tuple[int, int],
-    at: tuple[int, int],
-    most: tuple[float, float],
-    far_and_ways: tuple[NDArray[np.float64], NDArray[np.float64]],
+    t: int,
+    direction: int,
+    far: NDArray[np.float64],
     multipliers: NDArray[np.float64],
+    ways: NDArray[np.float64],
     source: NDArray[np.int32],
 ) -> None:
-    """Price the jumps over one seam in one direction, from the column at ``at[0]`` to that at ``at[1]``."""
-    t, direction = over
-    far, ways = far_and_ways
-    leave, enter = (LEAVE_RIGHT, ENTER_LEFT) if direction == RIGHTWARD else (LEAVE_LEFT, ENTER_RIGHT)
-    seam = blocks.bounds[t]
-    columns = 2 * blocks.column_size[seam + 1]
+    """Price the jumps over seam t in one direction."""
+    left, right = blocks.bounds[t] - 1, blocks.bounds[t] + 1
+    columns = 2 * blocks.column_size[right]
+    leave, enter, start, end = LEAVE_RIGHT, ENTER_LEFT, left, right
+    begin, arrive = jumps.at[t, 0], jumps.at[t, 1]
+    most_out, most_in = jumps.most[t - 1, 1], jumps.most[t, 0]
+    if direction == LEFTWARD:
+        leave, enter, start, end = LEAVE_LEFT, ENTER_RIGHT, right, left
+        begin, arrive, most_out, most_in = arrive, begin, most_in, most_out
+    leaving, entering = 2 * blocks.column_size[start], 2 * blocks.column_size[end]
     low, first = jumps.cost_start[t], jumps.first[t, direction]
-    leaving = 2 * blocks.column_size[seam - 1 if direction == RIGHTWARD else seam + 1]
-    entering = 2 * blocks.column_size[seam + 1 if direction == RIGHTWARD else seam - 1]
     for a in range(leaving):
-        u = at[0] + a
-        if multipliers[first + a] < far[leave, u] + most[0]:
+        u = begin + a
+        if multipliers[first + a] < far[leave, u] + most_out:
             source[leave, u] = first + a
-        ways[leave, u] += min(multipliers[first + a] - far[leave, u], most[0])
+        ways[leave, u] += min(multipliers[first + a] - far[leave, u], most_out)
     for b in range(entering):
-        v = at[1] + b
-        least = far[enter, v] + most[1]
+        v = arrive + b
+        least = far[enter, v] + most_in
         for a in range(leaving):
-            u = at[0] + a
+            u = begin + a
             if blocks.allowed[u]:
                 place = a * columns + b if direction == RIGHTWARD else (b ^ 1) * columns + (a ^ 1)
-                rest = jumps.cost[low + place] - min(multipliers[first + a], far[leave, u] + most[0])
+                rest = jumps.cost[low + place] - min(multipliers[first + a], far[leave, u] + most_out)
                 if rest < least:
                     least = rest
                     source[enter, v] = source[leave, u]

@@ -27,6 +27,7 @@ from slicer.sequence.bound.jumps import (
     LEAVE_LEFT,
     LEAVE_RIGHT,
     Jumps,
+    beyond_length,
     jumps_over_seams,
     price_jumps,
 )
@@ -131,8 +132,7 @@ def block_costs(
     # What a travel over a seam column costs beyond that; a concave cost of length never falls behind.
     beyond = np.zeros(len(bounds))
     for t in range(1, len(bounds) - 1):
-        gap = x[section.column == bounds[t] + 1].min() - x[section.column == bounds[t] - 1].max()
-        beyond[t] = least_travel_cost(section.cost_model, gap, 0.0) - rate * gap
+        beyond[t] = beyond_length(section, bounds[t] - 1, bounds[t] + 1, rate)
     direct, ways, price_at, price_sign, prices = _measure(
         blocks,
         section.segments,

@@ -75,7 +75,7 @@ def exact(search: Search, *, settle: bool = False) -> None:
         affordable = rest // (BRANCHING * n)
         width = min(FULL * affordable, MOST_NODES // n) if last else min(width, affordable)
         width = int(max(50, width))
-        before_search = search.cost
+        least = search.cost
         found = search_below(
             search,
             bound,
@@ -88,7 +88,7 @@ def exact(search: Search, *, settle: bool = False) -> None:
         if not complete and found.finished and found.lower_bound >= search.cost:
             break  # nothing better in this corridor
         search.report("search")
-        found_less = search.cost < before_search or width < WIDE
+        found_less = search.cost < least or width < WIDE
         if settle and not found_less and search.near_enough:
             break
     return None if complete else raise_relaxed_bound(search)
