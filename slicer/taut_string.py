@@ -53,7 +53,11 @@ def pass_over(
 
 @inner_kernel
 def push(hull: NDArray[np.float64], size: int, x: float, y: float) -> int:
-    """Add a point to the right end of a hull; the new size."""
+    """Add a point to the right end of a hull; the new size.
+
+    What stands out by no more than ``EPS_MM`` holds no string up: a bend that rounding makes of points in
+    line would be a stop of the travel, and dear.
+    """
     while size > 0:
         if x - hull[size - 1, 0] <= EPS_MM:  # of one x, the higher counts
             if hull[size - 1, 1] >= y:
@@ -64,7 +68,7 @@ def push(hull: NDArray[np.float64], size: int, x: float, y: float) -> int:
             turn = (hull[size - 1, 0] - hull[size - 2, 0]) * (y - hull[size - 2, 1]) - (
                 hull[size - 1, 1] - hull[size - 2, 1]
             ) * (x - hull[size - 2, 0])
-            if turn < 0:
+            if turn < -EPS_MM * (x - hull[size - 2, 0]):
                 break
         size -= 1
     hull[size, 0], hull[size, 1] = x, y

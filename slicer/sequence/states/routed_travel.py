@@ -232,9 +232,10 @@ def _string_over(
         best, to_x, to_y = (end_y - y) / (bx - x), bx, end_y
         for q in range(count):
             if x + EPS_MM < over[q, 0] < bx - EPS_MM:
-                steep = (over[q, 1] - y) / (over[q, 0] - x)
-                if steep > best:
-                    best, to_x, to_y = steep, over[q, 0], over[q, 1]
+                # Of points in line it goes to the last, as ``taut_string.push`` does.
+                higher = over[q, 1] - y - best * (over[q, 0] - x)
+                if higher > (-EPS_MM if over[q, 0] > to_x else EPS_MM):
+                    best, to_x, to_y = (over[q, 1] - y) / (over[q, 0] - x), over[q, 0], over[q, 1]
         x, y = to_x, to_y
         hull[size, 0], hull[size, 1] = x, y
         size += 1

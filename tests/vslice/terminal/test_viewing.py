@@ -130,7 +130,7 @@ def test_a_job_is_sent_though_it_cannot_be_seen(tmp_path, monkeypatch, capsys):
 def test_the_server_ends_with_its_job(view):
     view.tell(progress(100, State.FINISHED))
     view.close()
-    assert "finished" in ask(view, "/state")[1]
+    wait_for(lambda: "finished" in ask(view, "/state")[1])  # it is another process, and takes its time
     assert view._server.wait(30) == 0
 
 
