@@ -25,8 +25,27 @@ def as_printed(angle, tile):
     return 90.0 if abs(np.cos(np.radians(angle))) * diagonal <= 0.001 else angle
 
 
+HOLE_IN_THE_WAY = [
+    (2.17, 0.5),
+    (2.085, 0.6472243186433546),
+    (1.915, 0.6472243186433546),
+    (1.83, 0.5),
+    (1.915, 0.3527756813566455),
+    (2.085, 0.3527756813566454),
+]
+"""One corner of it cuts 0.00007 mm out of a line at 9.14 degrees."""
+
+
 @settings(max_examples=200, deadline=None)
 @given(grids())
+@example(
+    Grid(
+        np.array([[np.nan, 9.14]]),
+        np.array([[0.2, 0.2]]),
+        (2.0, 1.0),
+        outline_mm=[[[(0.2, 0.0), (4.0, 0.1), (3.6, 1.0), (0.0, 0.8)], HOLE_IN_THE_WAY]],
+    )
+)
 def test_lines_lie_in_their_tile_at_its_tilt_through_its_centre(sheet):
     lines = hatch(sheet)
     width, height = sheet.tile_mm
@@ -49,7 +68,9 @@ def test_lines_lie_in_their_tile_at_its_tilt_through_its_centre(sheet):
         shortest = sheet.spacing_mm[row, col] if sheet.min_length_mm is None else sheet.min_length_mm
         assert length >= shortest - 1e-9
         if outline is not None:
-            assert outline.buffer(1e-7).contains(shapely.LineString([start, end]))
+            # A gap of less than a program can say, as over the corner of a hole, is none.
+            outside = shapely.LineString([start, end]).difference(outline.buffer(1e-7))
+            assert all(part.length <= RESOLUTION_MM for part in shapely.get_parts(outside))
 
 
 @settings(max_examples=100, deadline=None)
