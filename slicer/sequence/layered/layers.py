@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel, kernel
 from slicer.sequence.layered.node_pool import (
+    BOUND,
     LAST,
     PARENT,
     NodePool,
@@ -171,6 +172,8 @@ def expand(
     count = len(blocks.state_start) - 1
     rebuild_table(pool, 0)
     size, generated, dropped = 0, 0, np.inf
+    # Of nodes that may dominate each other more are gathered before the worst are dropped.
+    room = 4 * width if metric else width + width // 4
     highest = cut  # what lies between ``cut`` and this is of interest, but there is no room for it
     old = np.empty(count)
     printed = np.empty(len(blocks.column_size), np.int32)
@@ -232,7 +235,7 @@ def expand(
                         size = insert(pool, size, key, 2 * path + f, i, cost, cost + estimate)
                     elif cost + estimate <= highest:
                         dropped = min(dropped, cost + estimate)
-        if size > 4 * width:
+        if size > room:
             least, cut = keep_best(pool, size, width)
             size, dropped = width, min(dropped, least)
             rebuild_table(pool, size)
@@ -296,7 +299,10 @@ def step_of(blocks: Blocks, s: int, path: int) -> int:
 
 
 def next_layer(blocks: Blocks, sheet: Sheet, layer: Layer, pool: NodePool, size: int) -> Layer:
-    """The nodes that ``expand`` has gathered."""
+    """The nodes that ``expand`` has gathered, the most promising first: what they lead to bars the rest."""
+    best = np.argsort(pool.number[:size, BOUND], kind="stable")
+    for part in (pool.tag, pool.number, pool.key):
+        part[:size] = part[best]
     state = np.empty((size, layer.state.shape[1]), np.int32)
     _advance_states(blocks, sheet, layer.state, pool, state)
     parent, last = pool.tag[:size].T
