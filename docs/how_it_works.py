@@ -51,7 +51,7 @@ def facts() -> list[str]:
         f"with {tissue.problem.n} toolpaths",
         f"make {_power(int(np.prod([int(count) for count in counts], dtype=object)))} combinations",
         f"all seven pairs together {int((counts[1:] * counts[:-1]).sum()):,}",
-        f"the bound is {fixing.without:.3f} mm with all of these at 0, {begin:.3f} with the prices",
+        f"it is {fixing.without:.3f} mm with all of these at 0, {begin:.3f} with the prices",
         f"{half:.3f} after {STEPS[1]} steps and {full:.3f} after {STEPS[2]}.",
         f"of up to {MERGED_STATES:,} states",
         f"here {fixing.cut:.3f} mm, no better sequence",

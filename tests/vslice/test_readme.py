@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+BOUND = re.compile(r"\(at least ([\d.]+)")
 
 
 def commands_of(readme):
@@ -37,7 +38,12 @@ def test_the_console_block_is_what_the_commands_print(tmp_path, monkeypatch, cap
         out, err = capfd.readouterr()
         # On a terminal warnings come before the table; compiling happens only where nothing was installed.
         lines = [line for line in (err + out).splitlines() if not line.startswith("Compiling")]
-        assert lines == printed, words
+        assert [BOUND.sub("", line) for line in lines] == [BOUND.sub("", line) for line in printed], words
+        # Another processor may round a sum of thousands of weights a little differently.
+        for line, shown in zip(lines, printed, strict=True):
+            assert float(BOUND.search(line + "(at least 0")[1]) == pytest.approx(
+                float(BOUND.search(shown + "(at least 0")[1]), rel=1e-3
+            )
 
 
 def test_the_choice_of_a_needle_is_what_the_command_prints(tmp_path, monkeypatch, capfd):

@@ -1,9 +1,10 @@
 """The column-pair bound: a lower bound on the cost of every sequence, and an estimate that guides a search.
 
 See ``states.blocks`` for the states, ``pair_costs`` for who pays what, ``pair_dp`` for what the blocks then
-cost, and ``lagrangian_ascent`` for how the multipliers are found.
+cost, and ``smoothed_ascent`` and ``subgradient_ascent`` for how the multipliers are found.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -11,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound.detours import measure_detours, still_there
-from slicer.sequence.bound.lagrangian_ascent import FIRST_STEP, Ascent, ascend
 from slicer.sequence.bound.pair_costs import BlockCosts, Paid, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
+from slicer.sequence.bound.smoothed_ascent import SmoothedAscent, never
+from slicer.sequence.bound.smoothed_bound import SmoothedBound, nearest
+from slicer.sequence.bound.subgradient_ascent import BEST, Ascent, ascend, begin_ascent
 from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import (
     COUNTED,
@@ -30,6 +33,10 @@ from slicer.sequence.states import (
 )
 
 RELATIVE_EPS = 1e-9
+LEAST_COST = 1e-9
+"""The ascent takes a sequence to cost this much at least,"""
+LEAST_OF_MEAN = 0.01
+"""and travels to the nearest toolpath this part of others, where they cost less or nothing."""
 
 
 @dataclass(eq=False)
@@ -38,12 +45,11 @@ class PairBound:
 
     Attributes:
         section, sets, blocks, block_costs, ends: what is bounded.
-        multipliers: float64, where the ascent is.
         best: float64, the multipliers of the best bound so far.
-        direction: float64, the ascent's moving average of subgradients.
-        memory: float64 (3,), see ``ascend``.
+        bound: no sequence of the section's down-sets costs less; minus infinity before the first step.
         paid: what the blocks pay.
         value: float64, the least cost to the end of the block from each value of ``blocks``.
+        along_subgradients: whether it rises along those, see ``subgradient_ascent``; never over counts.
     """
 
     section: Section
@@ -51,17 +57,16 @@ class PairBound:
     blocks: Blocks
     block_costs: BlockCosts
     ends: Ends
-    multipliers: NDArray[np.float64]
-    best: NDArray[np.float64] = field(init=False)
-    direction: NDArray[np.float64] = field(init=False)
-    memory: NDArray[np.float64] = field(init=False)
+    best: NDArray[np.float64]
+    bound: float = -np.inf
     paid: Paid = field(init=False)
     value: NDArray[np.float64] = field(init=False)
+    along_subgradients: bool = False
+    _ascent: SmoothedAscent | None = None
+    _smoothed: SmoothedBound | None = None
+    _steps: Ascent | None = None
 
     def __post_init__(self) -> None:
-        self.best = self.multipliers.copy()
-        self.direction = np.zeros_like(self.multipliers)
-        self.memory = np.array([FIRST_STEP, 0.0, -np.inf])
         self.paid = Paid(
             np.empty_like(self.block_costs.direct),
             np.empty_like(self.block_costs.ways),
@@ -103,11 +108,6 @@ class PairBound:
         """The skylines that a search needs; the bound itself is on direct travels unless it sees walls."""
         return skylines(self.section, self.sets)
 
-    @property
-    def bound(self) -> float:
-        """No sequence of the section's down-sets costs less; minus infinity before the first step."""
-        return float(self.memory[2])
-
     def see_walls(self, most: float) -> None:
         """Price travels inside blocks as they are made over what is printed, where that can be known.
 
@@ -119,31 +119,58 @@ class PairBound:
             )
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
 
-    def improve(self, target: float, iterations: int) -> bool:
-        """Raise the bound towards ``target``, a cost that some sequence has; True when it cannot rise."""
-        return ascend(
-            self.blocks,
-            self.block_costs,
-            self.ends,
-            Ascent(self.multipliers, self.best, self.direction, self.memory),
-            self.paid,
-            self.value,
-            target,
-            iterations,
+    def improve(self, target: float, steps: int, should_stop: Callable[[], bool] = never) -> bool:
+        """Raise the bound towards ``target``, a cost that some sequence has; True when it cannot rise.
+
+        Steps along subgradients are as short as a look at the bound, and do not ask whether to stop.
+        """
+        if self.along_subgradients:
+            return self._follow_subgradients(target, steps)
+        if self._ascent is None:
+            self.bound = self._evaluate(self.best)
+            mean = max(self.bound, 0.5 * target, LEAST_COST) / max(1, self.section.n)
+            least = max(nearest(self.blocks, self.block_costs), LEAST_OF_MEAN * mean)
+            self._ascent = SmoothedAscent(self.best, least, mean)
+        if self.bound >= target or self.block_costs.size == 0:
+            return True
+        if self._smoothed is None:
+            self._smoothed = SmoothedBound(self.blocks, self.block_costs, self.ends, self.paid, self.value)
+        at_rest = self._ascent.climb(self._smoothed, target, steps, should_stop)
+        bound = self._evaluate(self._ascent.multipliers)
+        if bound > self.bound:
+            self.bound, self.best = bound, self._ascent.multipliers
+        return at_rest or self.bound >= target
+
+    def _follow_subgradients(self, target: float, steps: int) -> bool:
+        if self._steps is None:
+            self._steps = begin_ascent(self.best)
+        at_rest = ascend(
+            self.blocks, self.block_costs, self.ends, self._steps, self.paid, self.value, target, steps
         )
+        self.best, self.bound = self._steps.best, float(self._steps.memory[BEST])
+        return at_rest
 
     def use_best_multipliers(self) -> None:
-        """Fill ``arc``, ``ways`` and ``value`` from the best multipliers; the ascent may go on from there."""
-        self.multipliers[:] = self.best
-        apply_multipliers(self.blocks, self.block_costs, self.best, self.paid)
-        charge_visits(self.blocks, self.block_costs, self.best, self.paid)
-        evaluate(self.blocks, self.block_costs, self.ends, self.paid, self.value)
-        self.memory[2] = self._by_start().min()
+        """Fill ``paid`` and ``value`` from the best multipliers; the ascent may go on."""
+        if self._ascent is not None:  # it takes as much memory as all else
+            self._ascent.leave()
+        self._smoothed = None
+        self.bound = self._evaluate(self.best)
+        if self._steps is not None:  # along subgradients it goes on from here
+            self._steps.multipliers[:] = self.best
+            self._steps.memory[BEST] = self.bound
 
-    def _by_start(self) -> NDArray[np.float64]:
+    def _evaluate(self, multipliers: NDArray[np.float64]) -> float:
+        """The bound at some multipliers, with what is paid there and the values."""
+        apply_multipliers(self.blocks, self.block_costs, multipliers, self.paid)
+        charge_visits(self.blocks, self.block_costs, multipliers, self.paid)
+        evaluate(self.blocks, self.block_costs, self.ends, self.paid, self.value)
+        return float(self._by_start(multipliers).min())
+
+    def _by_start(self, multipliers: NDArray[np.float64]) -> NDArray[np.float64]:
         """The bound on all sequences that begin with each start, after ``evaluate``."""
         out = roots(self.blocks, self.ends, self.value)
-        settle_visits(self.blocks, self.block_costs, self.ends, self.best, out)
+        settle_visits(self.blocks, self.block_costs, self.ends, multipliers, out)
         return out
 
     def fix_states(self, cut: float) -> None:
@@ -152,7 +179,7 @@ class PairBound:
         ``use_best_multipliers`` comes before. From then on the bound holds for the sequences below ``cut``
         alone.
         """
-        by_start = self._by_start()
+        by_start = self._by_start(self.best)
         least = bound_through_states(
             self.blocks, self.block_costs, self.ends, self.paid, self.value, by_start
         )
@@ -170,6 +197,9 @@ class PairBound:
         self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
         self.ends = _ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
+        if self._ascent is not None:
+            self._ascent.leave()
+        self._smoothed = None
 
 
 def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None:

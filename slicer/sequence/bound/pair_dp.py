@@ -47,12 +47,8 @@ def evaluate(
     Infinite after a toolpath that may not be printed so.
     """
     arc, ways, _ = paid
-    most = 0
-    for s in range(len(blocks.dense)):
-        most = max(most, 2 * (blocks.move_start[s + 1] - blocks.move_start[s]))
-    onward = np.empty(most, np.int64)
-    turn = np.empty(most, np.int64)
-    rest = np.empty(most)
+    rest = np.empty((most_steps(blocks), 2))
+    onward = np.empty(len(rest), np.int64)
     allowed, barred = blocks.allowed, False
     for u in range(len(allowed)):
         barred |= not allowed[u]
@@ -62,38 +58,61 @@ def evaluate(
         final = blocks.state_start[k + 1] - 1
         _finish(blocks, block_costs, ends, ways, value, k)
         for s in range(final - 1, blocks.state_start[k] - 1, -1):
-            count = 0
+            first = blocks.move_start[s]
+            count = blocks.move_start[s + 1] - first
             from_left = from_right = np.inf
-            for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
-                for f in range(2):
-                    v = 2 * blocks.move_path[m] + f
-                    w = value[blocks.move_value[m] + f]
-                    if w == np.inf:
-                        continue
-                    onward[count], rest[count] = v, w
-                    turn[count] = 2 * (m - blocks.move_start[s]) + f
-                    count += 1
-                    from_left = min(from_left, ways[ENTER_LEFT, low + v] + w)
-                    from_right = min(from_right, ways[ENTER_RIGHT, low + v] + w)
+            for j in range(count):
+                v, x = 2 * blocks.move_path[first + j], blocks.move_value[first + j]
+                a, b = value[x], value[x + 1]
+                onward[j], rest[j, 0], rest[j, 1] = v, a, b
+                from_left = min(from_left, ways[ENTER_LEFT, low + v] + a, ways[ENTER_LEFT, low + v + 1] + b)
+                from_right = min(
+                    from_right, ways[ENTER_RIGHT, low + v] + a, ways[ENTER_RIGHT, low + v + 1] + b
+                )
             at = blocks.value_start[s]
             value[at] = min(from_left, from_right + block_costs.cross[k])
             value[at + 1] = min(from_right, from_left + block_costs.cross[k])
-            for x in range(at + OUTSIDE, blocks.value_start[s + 1]):
+            for x in range(at + OUTSIDE, blocks.value_start[s + 1], 2):
                 u = blocks.value_path[x]
-                if barred and not allowed[low + u]:
-                    value[x] = np.inf
-                    continue
-                best = min(value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u])
+                a = min(value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u])
+                b = min(
+                    value[at] + ways[LEAVE_LEFT, low + u + 1], value[at + 1] + ways[LEAVE_RIGHT, low + u + 1]
+                )
                 row = block_costs.arc_start[k] + u * stride
-                detours = detour_row(blocks, block_costs, s, x)
-                if detours < 0:
-                    for t in range(count):
-                        best = min(best, arc[row + onward[t]] + rest[t])
+                extra = detour_row(blocks, block_costs, s, x)
+                if extra < 0:
+                    for j in range(count):
+                        t = row + onward[j]
+                        a = min(a, arc[t] + rest[j, 0], arc[t + 1] + rest[j, 1])
+                        t += stride
+                        b = min(b, arc[t] + rest[j, 0], arc[t + 1] + rest[j, 1])
                 else:
-                    for t in range(count):
-                        extra = block_costs.detour[detours + turn[t]]
-                        best = min(best, arc[row + onward[t]] + extra + rest[t])
-                value[x] = best
+                    for j in range(count):
+                        t, q = row + onward[j], extra + 2 * j
+                        a = min(
+                            a,
+                            arc[t] + block_costs.detour[q] + rest[j, 0],
+                            arc[t + 1] + block_costs.detour[q + 1] + rest[j, 1],
+                        )
+                        t, q = t + stride, q + 2 * count
+                        b = min(
+                            b,
+                            arc[t] + block_costs.detour[q] + rest[j, 0],
+                            arc[t + 1] + block_costs.detour[q + 1] + rest[j, 1],
+                        )
+                value[x], value[x + 1] = a, b
+                if barred:
+                    value[x] = a if allowed[low + u] else np.inf
+                    value[x + 1] = b if allowed[low + u + 1] else np.inf
+
+
+@inner_kernel
+def most_steps(blocks: Blocks) -> int:
+    """The most steps that a state has."""
+    most = 0
+    for s in range(len(blocks.dense)):
+        most = max(most, blocks.move_start[s + 1] - blocks.move_start[s])
+    return most
 
 
 @inner_kernel

@@ -7,7 +7,6 @@ from slicer.kernels import inner_kernel
 from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_costs import BlockCosts, Paid, column_of, detour_row
 from slicer.sequence.bound.pair_dp import Ends
-from slicer.sequence.bound.visits import count_visit, count_visits_at_ends
 from slicer.sequence.states import NONE, Blocks
 
 
@@ -24,7 +23,6 @@ def add_subgradient(
     """Walk the cheapest walk of every block from a start; add to ``subgradient`` how the bound grows with the
     multipliers."""
     ways = paid.ways
-    count_visits_at_ends(blocks, block_costs, ends, start, subgradient)
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
         final = blocks.state_start[k + 1] - 1
@@ -48,7 +46,6 @@ def add_subgradient(
                         break
             m, f, way = _next(blocks, block_costs, paid, value, k, s, x)
             v = 2 * blocks.move_path[m] + f
-            count_visit(block_costs, (low + v) >> 1, subgradient)
             if u == NONE:
                 _pay_way(block_costs, paid.source, way, low + v, subgradient)
             else:

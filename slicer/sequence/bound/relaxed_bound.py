@@ -12,13 +12,15 @@ from slicer.sequence.problem import Search
 from slicer.sequence.states import Section, cover, relaxed_sets
 
 ARCS = {"quick": 200_000_000, "default": 3_000_000_000, "high": 20_000_000_000}
-"""Travels looked at in all steps, at about 1.5 ns each."""
+"""Travels looked at in all steps, at about 2 ns each."""
 STEPS = {"quick": 6, "default": 12, "high": 40}
 """Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
 MOST_STEPS = 100
-STRETCH = 3
+AT_ONCE = 6
+"""Steps between two evaluations of what they have come to."""
+STRETCH = 4
 """The few steps that there are at least may look at so many times as many travels."""
-LEAST_STEPS = 3
+LEAST_STEPS = 6
 MOST_TRAVELS = 40_000_000
 """Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each."""
 MOST_TOOLPATHS = 1_500
@@ -50,10 +52,10 @@ def _raise_by_counts(search: Search) -> bool:
     if LEAST_STEPS * arcs > STRETCH * most:
         return False
     bound = PairBound.over(section, sets, cover(sets))
-    for _ in range(max(LEAST_STEPS, min(MOST_STEPS, most // max(1, bound.blocks.arcs)))):
-        if search.proved or search.should_stop():
-            break
-        at_rest = bound.improve(search.cost, 1)
+    left = max(LEAST_STEPS, min(MOST_STEPS, most // max(1, bound.blocks.arcs)))
+    while left > 0 and not search.proved and not search.should_stop():
+        at_rest = bound.improve(search.cost, min(left, AT_ONCE), search.should_stop)
+        left -= AT_ONCE
         search.raise_bound_on_all(bound.bound)
         search.report("bound")
         if at_rest:

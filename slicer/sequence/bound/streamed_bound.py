@@ -13,10 +13,10 @@ import shapely
 from numpy.typing import NDArray
 
 from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
-from slicer.sequence.bound.lagrangian_ascent import MOMENTUM, PATIENCE, SHRINK
 from slicer.sequence.bound.pair_costs import START_SHARE
 from slicer.sequence.bound.streamed_dp import Layout, Values, evaluate_pair
 from slicer.sequence.bound.streamed_subgradient import add_pair_subgradient
+from slicer.sequence.bound.subgradient_ascent import MOMENTUM, PATIENCE, SHRINK
 from slicer.sequence.problem import Search
 from slicer.sequence.states import (
     NONE,

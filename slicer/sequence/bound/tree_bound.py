@@ -17,7 +17,7 @@ import shapely
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.bound.lagrangian_ascent import GAIN, PATIENCE, SHRINK
+from slicer.sequence.bound.subgradient_ascent import GAIN, PATIENCE, SHRINK
 from slicer.sequence.problem import CostModel, Problem, Search, least_travel_cost, leg_cost, realizer
 
 STEPS = {"quick": 100, "default": 300, "high": 1_000}

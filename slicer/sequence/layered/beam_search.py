@@ -16,16 +16,16 @@ ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
 PASSES = {
     "quick": ((10, 2_500, 1.0), (20, 5_000, 1.0)),
-    "default": ((10, 2_500, 1.0), (30, 50_000, 1.0)),
+    "default": ((6, 2_500, 1.0), (18, 50_000, 1.0)),
     "high": ((10, 2_500, 1.0), (40, 50_000, 1.0), (100, 250_000, 1.0)),
 }
 """Steps of the bound, the successors of a layer in the search after them, and the gap up to which both are
 done."""
-ROUTED_PASSES = PASSES | {"default": ((30, 50_000, 1.0), (30, 50_000, 0.02))}
-"""The same where states know walls: there a narrow search first costs time and leads the wide one no better.
-(dti 10x10: 46.0 s of travel instead of 46.6 in the same time; 10x10: 46.8 in 15 s instead of 17.) A second
-one is done where it may end in a proof.
-"""
+ROUTED_PASSES = PASSES | {"default": ((20, 70_000, 1.0), (44, 0, 1.0))}
+"""The same where states know walls: there a search costs more than steps, and after some of them a better
+bound leads it no better. In the last pass the bound rises and nothing is searched."""
+MOST_ARCS = 500_000_000
+"""Travels that such a pass looks at."""
 MOST_GENERATED = 100_000_000
 """Successors of all layers of a search."""
 SUCCESSORS_PER_COLUMN = 5
@@ -57,9 +57,13 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
             break
         affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
+        if successors == 0:
+            steps = max(1, min(steps, MOST_ARCS // max(1, bound.blocks.arcs)))
         raise_bound(search, bound, budget, steps, complete=complete)
         if bound.bound >= search.cost or search.should_stop():
             break
+        if successors == 0:
+            continue
         found = search_below(search, bound, budget, width, complete=complete)
         search.report("search")
         if found.lower_bound >= search.cost or not found.finished:

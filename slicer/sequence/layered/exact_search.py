@@ -31,7 +31,7 @@ IN_REACH = 0.03
 """The gap up to which it is."""
 LAST_SEARCH = 0.3
 """The share of the budget that is kept for that; until then the bound rises and strikes out states."""
-STANDSTILL = 0.03
+STANDSTILL = 0.1
 """A bound that rises by less than this part of the gap in a round has come as far as it pays."""
 FULL = 12
 """That search is so many times wider than it could be if all its layers were full."""
@@ -56,10 +56,12 @@ def exact(search: Search, *, settle: bool = False) -> None:
     if opened is None:
         return raise_relaxed_bound(search)
     bound, complete = opened
+    bound.along_subgradients = not search.objective.routed
     turn, found_less = 0, True
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
         steps, width = ROUNDS[min(turn, len(ROUNDS) - 1)]
         width <<= max(0, turn - len(ROUNDS) + 1)
+        narrow = width < WIDE
         turn += 1
         before = bound.bound
         raise_bound(search, bound, budget, steps, complete=complete)
@@ -88,7 +90,7 @@ def exact(search: Search, *, settle: bool = False) -> None:
         if not complete and found.finished and found.lower_bound >= search.cost:
             break  # nothing better in this corridor
         search.report("search")
-        found_less = search.cost < least or width < WIDE
+        found_less = search.cost < least or narrow
         if settle and not found_less and search.near_enough:
             break
     return None if complete else raise_relaxed_bound(search)

@@ -17,7 +17,7 @@ from slicer.sequence.states import Ground, Section, cover, down_sets, extents, j
 
 FIRST_LENGTH = 50
 GROWTH = 1.4
-STEPS = 15
+STEPS = 3
 """Steps of the bound for each window."""
 WIDTH = 100
 """Nodes of a layer in a window's search."""

@@ -6,10 +6,13 @@ from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layered_search import LayeredSearch
 from slicer.sequence.problem import Search
 
-ARCS_PER_NODE = 60
-"""So many arcs of the bound are looked at in the time in which a search generates one node."""
-MOST_BETWEEN = 100_000_000
-"""Arcs of the bound that are looked at between two looks at the clock, in ten steps at most."""
+ARCS_PER_NODE = 35
+"""So many arcs of the bound are looked at in the time in which a search generates one node,"""
+ARCS_ALONG_SUBGRADIENTS = 60
+"""or so many where the bound rises along subgradients."""
+MOST_BETWEEN = 300_000_000
+"""Arcs of the bound that are looked at between two evaluations of it, in ten steps at most; along subgradients,
+between two looks at the clock."""
 
 
 @dataclass
@@ -31,11 +34,12 @@ class WorkBudget:
 def raise_bound(search: Search, bound: PairBound, budget: WorkBudget, steps: int, *, complete: bool) -> None:
     """Raise a bound by some steps, go to its best multipliers, and tell the search where it is complete."""
     arcs = bound.blocks.arcs
+    per_node = ARCS_ALONG_SUBGRADIENTS if bound.along_subgradients else ARCS_PER_NODE
     stride = max(1, min(10, MOST_BETWEEN // max(1, arcs)))
     for done in range(0, steps, stride):
         count = min(stride, steps - done)
-        budget.spent += count * arcs // ARCS_PER_NODE
-        at_rest = bound.improve(search.cost, count)
+        budget.spent += count * arcs // per_node
+        at_rest = bound.improve(search.cost, count, search.should_stop)
         if complete:
             search.raise_bound(bound.bound)
             search.report("bound")
