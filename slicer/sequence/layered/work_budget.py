@@ -11,8 +11,8 @@ ARCS_PER_NODE = 35
 ARCS_ALONG_SUBGRADIENTS = 60
 """or so many where the bound rises along subgradients."""
 MOST_BETWEEN = 300_000_000
-"""Arcs of the bound that are looked at between two evaluations of it, in ten steps at most; along subgradients,
-between two looks at the clock."""
+"""Arcs of the bound that are looked at between two evaluations of it, in ten steps at most; along
+subgradients, between two looks at the clock."""
 
 
 @dataclass
