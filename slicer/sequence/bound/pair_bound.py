@@ -48,7 +48,8 @@ class PairBound:
         best: float64, the multipliers of the best bound so far.
         bound: no sequence of the section's down-sets costs less; minus infinity before the first step.
         paid: what the blocks pay.
-        value: float64, the least cost to the end of the block from each value of ``blocks``.
+        value: float64, the least cost to the end of the block from each value of ``blocks``; that of
+            ``best`` after ``use_best_multipliers`` alone, scratch while the bound rises.
         along_subgradients: whether it rises along those, see ``subgradient_ascent``; never over counts.
     """
 

@@ -37,7 +37,7 @@ from slicer.sequence.states import OUTSIDE, Blocks, Section
 START_SHARE = 0.46
 """Prices begin with this share of the distance to the nearest toolpath on the other side.
 
-The ascent forgets slowly where it began: with 1/3, default searches of 10x10 end at 112.0 under a bound of
+Subgradients forget slowly where they began: with 1/3, default searches of 10x10 end at 112.0 under a bound of
 110.2 mm; with anything from 0.42 to 0.5 they find the optimum, 111.78, under about 111.5.
 """
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 PAIRS = 8
 """Steps that the curvature is learned from."""
+TINY = 1e-200
+"""A gradient changes by nothing if the square of that is no more."""
 
 
 class QuasiNewton:
@@ -45,7 +47,7 @@ class QuasiNewton:
 
     def learn(self, step: NDArray[np.float64], fall: NDArray[np.float64]) -> None:
         """Note by how much the gradient fell along a step, both (a,); no curvature is not worth noting."""
-        if dot(step, fall) <= 1e-12 * np.sqrt(dot(step, step) * dot(fall, fall)):
+        if dot(fall, fall) < TINY or dot(step, fall) <= 1e-12 * np.sqrt(dot(step, step) * dot(fall, fall)):
             return
         self._steps = [*self._steps, step][-PAIRS:]
         self._falls = [*self._falls, fall][-PAIRS:]

@@ -88,7 +88,7 @@ class SmoothedAscent:
         """Look at the smoothed bound so many times, or a few more, unless it is to stop.
 
         Returns:
-            Whether it reached ``target`` or a standstill.
+            Whether it has come to a standstill.
         """
         left = evaluations
         if self._seen is None or self._seen[0] is not smoothed:
@@ -114,7 +114,7 @@ class SmoothedAscent:
             self._idle = self._idle + 1 if hardly else 0
             if self._idle >= PATIENCE and self._temperature <= self._coldest:
                 return True
-        return self._seen[1].bound >= target
+        return False
 
     def leave(self) -> None:
         """Let go of the smoothed bound; it is looked at anew in the next one."""
@@ -122,7 +122,7 @@ class SmoothedAscent:
 
     def _look(self, smoothed: SmoothedBound, multipliers: NDArray[np.float64]) -> Point:
         found = smoothed.at(multipliers)
-        self._curvature.hold(found.use > 0.0)
+        self._curvature.hold((found.use > 0.0) | (found.gradient != 0.0))
         held = self._curvature.active
         return Point(found.bound, held, found.gradient[held], found.use[held])
 

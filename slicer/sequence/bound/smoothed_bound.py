@@ -13,9 +13,11 @@ from slicer.sequence.bound.smoothed_shares import Shares, share_out
 from slicer.sequence.bound.visits import charge_visits, settle_visits, share_visits_at_ends
 from slicer.sequence.states import Blocks
 
-LEAST, MOST = -300.0, 700.0
-"""Costs below and above so many temperatures are taken for this much: of weights above 1 two may come
-together, below exp(709), and where all are smaller than exp(-700) logarithms tell them."""
+MOST = 700.0
+"""A cost of more temperatures is taken for this much: a weight below exp(-500) is told by logarithms."""
+LEAST = -100.0
+"""Where a travel costs less, logarithms tell all weights. Prices come to -64 on the sheets of the benchmarks,
+and farther between islands."""
 MOST_DETOUR = 87.0
 """Likewise, of the eighth root of a detour's weight in single precision."""
 
@@ -45,6 +47,7 @@ class SmoothedBound:
         values = len(value)
         self._weights = Weights(
             np.inf,
+            False,
             np.empty_like(block_costs.direct),
             np.empty_like(block_costs.ways),
             np.empty_like(block_costs.detour),
@@ -72,9 +75,11 @@ class SmoothedBound:
     def at(self, multipliers: NDArray[np.float64]) -> Smoothed:
         """Its value and its gradient, until the next call; minus infinity where prices are too far off."""
         blocks, costs, ends, paid = self._blocks, self._costs, self._ends, self._paid
-        weights, temperature = self._weights, self.temperature
+        temperature = self.temperature
         apply_multipliers(blocks, costs, multipliers, paid)
         charge_visits(blocks, costs, multipliers, paid)
+        least = min(paid.arc.min(), paid.ways.min())
+        weights = self._weights._replace(in_logarithms=bool(least < LEAST * temperature))
         for cost, weight, nowhere in zip(
             (paid.arc, paid.ways), (weights.arc, weights.ways), self._cut_off, strict=True
         ):
@@ -95,6 +100,8 @@ class SmoothedBound:
         share_out(blocks, costs, ends, paid, weights, start_share, self._shares)
         add_gradient(blocks, costs, self._shares, paid.source, gradient, use)
         share_visits_at_ends(blocks, costs, ends, start_share, gradient)
+        if not np.isfinite(gradient).all():
+            return Smoothed(-np.inf, gradient, use)
         return Smoothed(float(least - temperature * np.log(total)), gradient, use)
 
 

@@ -28,8 +28,9 @@ NOTHING, LEAST_POWER = -(1 << 30), -(1 << 29)
 """The power of two of no weight, and the least of any."""
 ROOM = 1e5
 """A state whose greatest weight is not so far from 1 keeps the power of two of those behind it."""
-FAINT = 2.0**-900
-"""A smaller weight, beside what may follow, is worked out in logarithms: numbers end at 2^-1022."""
+FAINT, FAINT_END = 2.0**-900, 2.0**-720
+"""Smaller weights of the outside and of an end, beside what may follow, are worked out in logarithms: numbers
+end at 2^-1022. What an end misses of a faint outside is nothing beside the least that is told by numbers."""
 
 
 class Weights(NamedTuple):
@@ -37,6 +38,7 @@ class Weights(NamedTuple):
 
     Attributes:
         temperature: in the unit of the costs.
+        in_logarithms: whether all weights are worked out so, as some travels cost too little to be weighed.
         arc, ways: exp(-cost / T) of what ``Paid`` has by these names.
         detour: float32, the eighth root of the same of ``BlockCosts.detour``: single precision ends at
             exp(-87).
@@ -47,6 +49,7 @@ class Weights(NamedTuple):
     """
 
     temperature: float
+    in_logarithms: bool
     arc: NDArray[np.float64]
     ways: NDArray[np.float64]
     detour: NDArray[np.float32]
@@ -58,7 +61,8 @@ class Weights(NamedTuple):
 @kernel
 def weigh(blocks: Blocks, block_costs: BlockCosts, ends: Ends, paid: Paid, weights: Weights) -> None:
     """Fill in ``value`` and ``exponent``, backwards through each block."""
-    _, arc, ways, detour, cross, value, exponent = weights
+    _, in_logarithms, arc, ways, detour, cross, value, exponent = weights
+    faint, faint_end = (np.inf, np.inf) if in_logarithms else (FAINT, FAINT_END)
     allowed, steps = blocks.allowed, (blocks.move_path, blocks.move_value)
     rest = np.empty((most_steps(blocks), 2))
     onward = np.empty(len(rest), np.int64)
@@ -81,12 +85,13 @@ def weigh(blocks: Blocks, block_costs: BlockCosts, ends: Ends, paid: Paid, weigh
             a, b = from_left + cross[k] * from_right, from_right + cross[k] * from_left
             value[at], value[at + 1] = a, b
             exponent[at] = exponent[at + 1] = common
-            greatest = max(a, b)
-            if a < FAINT and k > 0:
+            greatest, left, right = max(a, b), a, b
+            if a < faint:
                 _put(weights, at, log_outside(blocks, block_costs, paid, weights, (k, s, 0)))
-            if b < FAINT and k < count - 1:
+                left = 0.0
+            if b < faint:
                 _put(weights, at + 1, log_outside(blocks, block_costs, paid, weights, (k, s, 1)))
-            left, right = a, b
+                right = 0.0
             for x in range(at + OUTSIDE, end, 2):
                 u = blocks.value_path[x]
                 place = low + u
@@ -111,7 +116,7 @@ def weigh(blocks: Blocks, block_costs: BlockCosts, ends: Ends, paid: Paid, weigh
                 value[x], value[x + 1] = a, b
                 exponent[x] = exponent[x + 1] = common
                 greatest = max(greatest, a, b)
-                if a < FAINT or b < FAINT or not allowed[place] or not allowed[place + 1]:
+                if a < faint_end or b < faint_end or not allowed[place] or not allowed[place + 1]:
                     _put_ends(blocks, block_costs, paid, weights, (k, s, x))
             if greatest < 1.0 / ROOM or greatest > ROOM:
                 _normalise(value[at:end], exponent[at:end], greatest, common)
@@ -176,7 +181,7 @@ def _put_ends(
     for f in range(2):
         if not blocks.allowed[2 * blocks.path_start[k] + blocks.value_path[x + f]]:
             _put(weights, x + f, -np.inf)
-        elif weights.value[x + f] < FAINT:
+        elif weights.in_logarithms or weights.value[x + f] < FAINT_END:
             _put(weights, x + f, log_end(blocks, block_costs, paid, weights, (k, s, x + f)))
 
 
@@ -202,6 +207,8 @@ def log_outside(
 ) -> float:
     """The logarithm of the weight of block k's state s with the nozzle on one side: place is (k, s, side)."""
     k, s, side = place
+    if k == (0 if side == 0 else len(blocks.state_start) - 2):
+        return -np.inf  # there is nothing on that side
     low, total = 2 * blocks.path_start[k], -np.inf
     for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
         for f in range(2):

@@ -20,7 +20,7 @@ from slicer.sequence.states import OUTSIDE, Blocks
 
 NEGLIGIBLE = 1e-10
 """A state with a smaller share of all walks is not looked at for the shares of those behind it."""
-FAR = -850
+FAR = -700
 """Where a weight is of a power of two so much lower than what may follow, shares are told by logarithms."""
 
 
@@ -107,7 +107,7 @@ def _share_state(
         u = blocks.value_path[x]
         row = block_costs.arc_start[k] + u * stride
         extra = detour_row(blocks, block_costs, s, x)
-        far = size == 0 or weights.exponent[x] < common + FAR
+        far = weights.in_logarithms or size == 0 or weights.exponent[x] < common + FAR
         whole = log_of(weights, x) if far else 0.0
         part = share[x] / value[x]
         for side in range(2):
@@ -137,7 +137,7 @@ def _share_state(
     for side in range(2):
         if share[at + side] <= 0.0 or value[at + side] <= 0.0:
             continue
-        far = weights.exponent[at + side] < common + FAR
+        far = weights.in_logarithms or weights.exponent[at + side] < common + FAR
         whole = log_of(weights, at + side) if far else 0.0
         part = share[at + side] / value[at + side]
         part *= 0.0 if far else _power(common - weights.exponent[at + side])

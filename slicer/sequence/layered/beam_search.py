@@ -15,13 +15,12 @@ from slicer.sequence.problem import Search
 ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
 PASSES = {
-    "quick": ((10, 2_500, 1.0), (20, 5_000, 1.0)),
-    "default": ((6, 2_500, 1.0), (18, 50_000, 1.0)),
-    "high": ((10, 2_500, 1.0), (40, 50_000, 1.0), (100, 250_000, 1.0)),
+    "quick": ((10, 2_500), (20, 5_000)),
+    "default": ((6, 2_500), (18, 50_000)),
+    "high": ((10, 2_500), (40, 50_000), (100, 250_000)),
 }
-"""Steps of the bound, the successors of a layer in the search after them, and the gap up to which both are
-done."""
-ROUTED_PASSES = PASSES | {"default": ((20, 70_000, 1.0), (44, 0, 1.0))}
+"""Steps of the bound, and the successors of a layer in the search after them."""
+ROUTED_PASSES = PASSES | {"default": ((20, 70_000), (44, 0))}
 """The same where states know walls: there a search costs more than steps, and after some of them a better
 bound leads it no better. In the last pass the bound rises and nothing is searched."""
 MOST_ARCS = 500_000_000
@@ -52,9 +51,9 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
         return False
     bound, complete = opened
     passes = ROUTED_PASSES if search.objective.routed else PASSES
-    for steps, successors, gap in passes[search.effort]:
-        if search.lower_bound < (1.0 - gap) * search.cost:
-            break
+    for steps, successors in passes[search.effort]:
+        if successors == 0 and not complete:
+            break  # it would bound nothing but the corridor
         affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
         if successors == 0:

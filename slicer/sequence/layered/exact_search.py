@@ -25,8 +25,8 @@ comes to 4.5 %, and to 6.3 % without.
 BRANCHING = 24
 """About so many nodes are generated from one."""
 WIDE = 1_000
-"""A search of this width that has found nothing better is not repeated before it may end in the proof, if the
-proof is in reach."""
+"""A search in a round of this width that has found nothing better, be it narrower for want of budget, is not
+repeated before it may end in the proof, if the proof is in reach."""
 IN_REACH = 0.03
 """The gap up to which it is."""
 LAST_SEARCH = 0.3

@@ -173,7 +173,8 @@ def expand(
     rebuild_table(pool, 0)
     size, generated, dropped = 0, 0, np.inf
     # Of nodes that may dominate each other more are gathered before the worst are dropped.
-    room = 4 * width if metric else width + width // 4
+    # A narrow layer after wide ones does without: what each time takes depends on the pool.
+    room = 4 * width if metric else width + max(width // 4, len(pool.table) // 16)
     highest = cut  # what lies between ``cut`` and this is of interest, but there is no room for it
     old = np.empty(count)
     printed = np.empty(len(blocks.column_size), np.int32)

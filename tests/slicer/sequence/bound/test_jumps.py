@@ -12,6 +12,7 @@ from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
 from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.bound.subgradient_ascent import MOMENTUM, begin_ascent
 from slicer.sequence.problem import least_travel_cost
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.blocks import cover
@@ -82,6 +83,31 @@ def test_all_blocks_together_pay_no_more_than_a_jump_costs(sheet, seed, most_sta
             assert total <= least_travel_cost(section.cost_model, d[0], d[1]) + 1e-9
             seen += 1
     assume(seen > 0)
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_slope_is_that_of_the_bound(seed, objective):
+    bound = walk(seed, objective)
+    bound.along_subgradients = True
+    random = np.random.default_rng(seed)
+    prices = np.zeros(len(bound.best), np.bool_)
+    prices[bound.block_costs.visits_end :] = True
+
+    def at(multipliers: np.ndarray) -> tuple[float, np.ndarray]:
+        """The bound, and the subgradient that a first step of the ascent goes along."""
+        bound._steps = begin_ascent(multipliers)
+        bound.improve(1e3, 1)
+        return bound.bound, bound._steps.direction / (1.0 - MOMENTUM)
+
+    scale = 0.02 if objective.unit == "s" else 0.05
+    here = bound.best + random.normal(0.0, scale, len(prices))
+    here[prices] -= 10 * scale  # so that jumps are worth their while
+    value, slope = at(here)
+    assert np.abs(slope[prices]).max() > 0
+    for _ in range(5):
+        direction = random.normal(0.0, 1e-7, len(prices))
+        assert at(here + direction)[0] - value == pytest.approx(float(slope @ direction), abs=1e-11)
 
 
 def test_they_raise_the_bound_in_seconds():
