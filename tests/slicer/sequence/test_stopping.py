@@ -158,7 +158,7 @@ def test_every_method_says_how_it_goes_and_last_of_all_what_it_returns(method, g
     assert said[-1].cost == pytest.approx(result.cost)
     if goal.name == "straight":
         assert [word.cost for word in said] == sorted((word.cost for word in said), reverse=True)
-        assert said[-1].lower_bound == result.lower_bound_mm
+        assert said[-1].lower_bound == pytest.approx(result.lower_bound_mm, rel=1e-12)
 
 
 def test_ctrl_c_at_the_last_word_returns_the_same_and_says_so(reference):
