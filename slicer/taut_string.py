@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from slicer.kernels import inner_kernel
 
 EPS_MM = 1e-9
+HAIR_MM = 1e-7
+"""As much as a toolpath is lowered where a body's reach begins, see ``nozzle.EPS_MM``: that makes no bend."""
 
 
 @inner_kernel
@@ -55,7 +57,7 @@ def pass_over(
 def push(hull: NDArray[np.float64], size: int, x: float, y: float) -> int:
     """Add a point to the right end of a hull; the new size.
 
-    What stands out by no more than ``EPS_MM`` holds no string up: a bend that rounding makes of points in
+    What stands out by no more than ``HAIR_MM`` holds no string up: a bend that rounding makes of points in
     line would be a stop of the travel, and dear.
     """
     while size > 0:
@@ -68,7 +70,7 @@ def push(hull: NDArray[np.float64], size: int, x: float, y: float) -> int:
             turn = (hull[size - 1, 0] - hull[size - 2, 0]) * (y - hull[size - 2, 1]) - (
                 hull[size - 1, 1] - hull[size - 2, 1]
             ) * (x - hull[size - 2, 0])
-            if turn < -EPS_MM * (x - hull[size - 2, 0]):
+            if turn < -HAIR_MM * (x - hull[size - 2, 0]):
                 break
         size -= 1
     hull[size, 0], hull[size, 1] = x, y

@@ -10,7 +10,7 @@ from slicer.sequence.problem import CostModel, direct_cost, string_cost
 from slicer.sequence.states.column_skylines import Skylines
 from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.section import Section
-from slicer.taut_string import EPS_MM, pass_over, push
+from slicer.taut_string import EPS_MM, HAIR_MM, pass_over, push
 
 FREE = -1.0
 """Stands for the cost of a travel that nothing is in the way of."""
@@ -234,7 +234,8 @@ def _string_over(
             if x + EPS_MM < over[q, 0] < bx - EPS_MM:
                 # Of points in line it goes to the last, as ``taut_string.push`` does.
                 higher = over[q, 1] - y - best * (over[q, 0] - x)
-                if higher > (-EPS_MM if over[q, 0] > to_x else EPS_MM):
+                beyond = (over[q, 0] - x) / (to_x - x)
+                if higher > (-HAIR_MM * beyond if beyond > 1.0 else HAIR_MM):
                     best, to_x, to_y = (over[q, 1] - y) / (over[q, 0] - x), over[q, 0], over[q, 1]
         x, y = to_x, to_y
         hull[size, 0], hull[size, 1] = x, y
