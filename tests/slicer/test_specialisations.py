@@ -34,7 +34,9 @@ def _calls_it(values, index):
 
 def test_constants_and_widths_share_one_specialisation():
     assert _calls_it(np.arange(3.0), np.array([0, 1, 2], np.int32)) == 24.0
-    assert len(_half.signatures) == 1
+    # Now, or by the run that left both on disk.
+    kept = {signature for signature, *_ in _half._cache._cache_file._load_index()}
+    assert len(kept | {tuple(one) for one in _half.signatures}) == 1
 
 
 def specialisations():
