@@ -62,6 +62,8 @@ def test_it_is_the_greatest_over_all_points_of_the_toolpath(body, segment, x):
 @given(body=bodies(), segment=toolpaths, x=st.floats(-4, 4), above=st.floats(0.001, 1.0))
 def test_above_it_nothing_presses_too_deep_and_below_it_something_does(body, segment, x, above):
     assume(float(np.hypot(*(segment[1] - segment[0]))) > 0.01)  # no toolpath is a point
+    across = abs(float(segment[1, 0] - segment[0, 0]))
+    assume(across == 0.0 or across > 1e-6)  # one narrower than can be said is an upright
     y = _highest(_reach(body, FLOOR, segment), x)
     if math.isfinite(y):
         tip = np.array([[x, y - above], [x, y - above]])
