@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
+from slicer.nozzle import EPS_MM as PRESS_EPS_MM
 
 EPS_MM = 1e-9
-HAIR_MM = 1e-7
-"""As much as a toolpath is lowered where a body's reach begins, see ``nozzle.EPS_MM``: that makes no bend."""
+HAIR_MM = PRESS_EPS_MM
+"""As much as a toolpath is lowered where a body's reach begins: that makes no bend."""
 
 
 @inner_kernel

@@ -153,13 +153,17 @@ class PairBound:
 
     def use_best_multipliers(self) -> None:
         """Fill ``paid`` and ``value`` from the best multipliers; the ascent may go on."""
-        if self._ascent is not None:  # it takes as much memory as all else
-            self._ascent.leave()
-        self._smoothed = None
+        self._let_go()
         self.bound = self._evaluate(self.best)
         if self._steps is not None:  # along subgradients it goes on from here
             self._steps.multipliers[:] = self.best
             self._steps.memory[BEST] = self.bound
+
+    def _let_go(self) -> None:
+        """Drop the smoothed bound, which takes as much memory as all else and is of these blocks alone."""
+        if self._ascent is not None:
+            self._ascent.leave()
+        self._smoothed = None
 
     def _evaluate(self, multipliers: NDArray[np.float64]) -> float:
         """The bound at some multipliers, with what is paid there and the values."""
@@ -198,9 +202,7 @@ class PairBound:
         self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
         self.ends = _ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
-        if self._ascent is not None:
-            self._ascent.leave()
-        self._smoothed = None
+        self._let_go()
 
 
 def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None:

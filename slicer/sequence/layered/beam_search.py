@@ -52,17 +52,16 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
     bound, complete = opened
     passes = ROUTED_PASSES if search.objective.routed else PASSES
     for steps, successors in passes[search.effort]:
-        if successors == 0 and not complete:
-            break  # it would bound nothing but the corridor
+        if successors == 0:
+            if complete:  # else it would bound nothing but the corridor
+                steps = max(1, min(steps, MOST_ARCS // max(1, bound.blocks.arcs)))
+                raise_bound(search, bound, budget, steps, complete=complete)
+            break
         affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
-        if successors == 0:
-            steps = max(1, min(steps, MOST_ARCS // max(1, bound.blocks.arcs)))
         raise_bound(search, bound, budget, steps, complete=complete)
         if bound.bound >= search.cost or search.should_stop():
             break
-        if successors == 0:
-            continue
         found = search_below(search, bound, budget, width, complete=complete)
         search.report("search")
         if found.lower_bound >= search.cost or not found.finished:
