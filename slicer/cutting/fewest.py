@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.cutting.hindering import hindering, hindering_parts
-from slicer.nozzle import NozzleBody
+from slicer.nozzle import EPS_MM, NozzleBody
 
 Spans = list[tuple[float, float]]
 
@@ -39,7 +39,8 @@ def fewest_cuts(body: NozzleBody, segments: NDArray[np.float64]) -> int:
 
 def fewest_of_pair(body: NozzleBody, a: NDArray[np.float64], b: NDArray[np.float64]) -> int:
     """The cuts without which two toolpaths (2, 2) cannot both be printed; 0 where either may go first."""
-    return min(_turns(body, (a, b), 0), _turns(body, (a, b), 1)) - 2
+    forgiving = body._replace(press=body.press + EPS_MM)  # no less than ``hinders`` is: a bound may not err
+    return min(_turns(forgiving, (a, b), 0), _turns(forgiving, (a, b), 1)) - 2
 
 
 def _turns(body: NozzleBody, pair: tuple[NDArray[np.float64], NDArray[np.float64]], first: int) -> int:

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
 from slicer.nozzle import (
+    EPS_MM,
     Faces,
     NozzleBody,
     barrel_of,
@@ -68,7 +69,9 @@ def hindering_part(
 
     A point b(t) hinders the point c(s) where some linear functions of (t, s), the distances to the faces of a
     part of the body, are all above ``press``: the unit square of (t, s) is clipped by their half
-    planes. What lies straight above c hinders it too.
+    planes. What lies straight above c hinders it too. The planes stand half of what ``hinders`` forgives
+    farther in, so that rounding neither finds a part where nothing hinders, nor lets a part hinder that was
+    cut off by them.
 
     Args:
         part: ``NEEDLE``, ``BARREL``, ``SHOULDER``, or ``ABOVE`` for what lies straight above.
@@ -92,8 +95,9 @@ def hindering_part(
     for k in range(4):
         room[0, k, 0], room[0, k, 1] = 1.0 if 0 < k < 3 else 0.0, 1.0 if k > 1 else 0.0
     size = 4
+    depth = body.press + EPS_MM / 2
     for number in range(face_count(faces)):
-        size = _clip(body.press, b, c, faces, number, size, room)
+        size = _clip(depth, b, c, faces, number, size, room)
     for k in range(size):
         low, high = min(low, room[0, k, 0]), max(high, room[0, k, 0])
         first, last = min(first, room[0, k, 1]), max(last, room[0, k, 1])
@@ -116,7 +120,7 @@ def _shared(b: NDArray[np.float64], c: NDArray[np.float64], end: int) -> float:
 
 @inner_kernel
 def _clip(
-    press: float,
+    depth: float,
     b: NDArray[np.float64],
     c: NDArray[np.float64],
     faces: Faces,
@@ -130,8 +134,8 @@ def _clip(
         room[1, k, 0], room[1, k, 1] = room[0, k, 0], room[0, k, 1]
     for k in range(size):
         q = k + 1 if k + 1 < size else 0
-        here = _distance(b, c, faces, number, room[1, k, 0], room[1, k, 1]) - press
-        there = _distance(b, c, faces, number, room[1, q, 0], room[1, q, 1]) - press
+        here = _distance(b, c, faces, number, room[1, k, 0], room[1, k, 1]) - depth
+        there = _distance(b, c, faces, number, room[1, q, 0], room[1, q, 1]) - depth
         if here >= 0.0:
             room[0, kept, 0], room[0, kept, 1] = room[1, k, 0], room[1, k, 1]
             kept += 1
