@@ -37,9 +37,13 @@ def browser():
 
 
 @contextmanager
-def showing(opened, address, width=1280, height=800, **more):
-    """The page at an address, when it is ready. Nothing may go wrong in it, and nothing may be asked for but it."""
+def showing(opened, address, width=1280, height=800, before="", **more):
+    """The page at an address, when it is ready. Nothing may go wrong in it, and nothing may be asked for but it.
+
+    ``before`` is run in it before its own scripts are.
+    """
     context = opened.new_context(viewport={"width": width, "height": height}, **more)
+    context.add_init_script(before)
     context.set_default_timeout(SLOW_MS)
     page = context.new_page()
     wrong, asked = [], []

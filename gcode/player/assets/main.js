@@ -167,7 +167,7 @@ class Player {
   redraw() {
     if (this.playing || this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame((now) => { this.waiting = false; this.told_at = 0; this.paint(now); });
+    requestAnimationFrame((now) => { this.waiting = false; this.told_at = -Infinity; this.paint(now); });
   }
 
   paint(now) {

@@ -38,6 +38,13 @@ def test_it_plays_in_true_time_and_ends(shown, tracks):
         assert inked(opened, rgb=[62, 74, 137]) > empty
 
 
+def test_the_figures_are_told_however_early_the_first_frame_is(shown):
+    early = """const asked = requestAnimationFrame; let first;
+      window.requestAnimationFrame = (f) => asked((now) => { first ??= now; f(now - first); });"""
+    with shown(before=early) as opened:
+        assert figure(opened, "toolpath").startswith("0 of")
+
+
 def test_the_scrubber_and_the_figures_agree_with_the_track(shown, tracks, sheet):
     track = tracks[0]
     with shown() as opened:
