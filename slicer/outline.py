@@ -80,7 +80,11 @@ def _solid(part: shapely.Polygon) -> bool:
 
 def _enclosed(ring: shapely.LinearRing) -> shapely.Geometry:
     """What a ring encloses, without the lines and points that ``make_valid`` keeps."""
-    parts = shapely.get_parts(shapely.make_valid(shapely.Polygon(ring)))
+    drawn = shapely.Polygon(ring)
+    made = shapely.make_valid(drawn)
+    if not made.is_valid:  # corners within rounding of a line: GEOS's other way takes longer and holds
+        made = shapely.make_valid(drawn, method="structure", keep_collapsed=False)
+    parts = shapely.get_parts(made)
     return shapely.union_all(parts[shapely.get_dimensions(parts) == 2])
 
 

@@ -278,6 +278,16 @@ def test_an_outline_without_area_is_refused_and_one_of_several_left_out(polygon)
     assert "polygon 1 has no area" in read.warnings[0]
 
 
+def test_corners_within_rounding_of_a_line_are_no_trouble():
+    # GEOS's usual way to make this hole valid leaves it invalid, and what follows fails over it.
+    far = (1e5, -1e5)
+    hole = [(0.0, 0.0), (0.0, 2.2e-313), far, (0.0, -1.0), (0.0, -2.0), far]
+    outer = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]
+    ((ring, *rest),), said = repair([[outer, hole]])
+    assert shapely.Polygon(ring).equals(shapely.Polygon(outer)) and not rest
+    assert len(said) == 1
+
+
 def test_of_many_repairs_ten_are_told():
     bow_ties = [[[(k, 0), (k + 1, 1), (k + 1, 0), (k, 1)]] for k in range(25)]
     fields = {"tile_mm": 4, "spacing_mm": 1, "angles_deg": [[0]], "outline_mm": bow_ties}
