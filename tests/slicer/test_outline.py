@@ -284,7 +284,8 @@ def test_corners_within_rounding_of_a_line_are_no_trouble():
     hole = [(0.0, 0.0), (0.0, 2.2e-313), far, (0.0, -1.0), (0.0, -2.0), far]
     outer = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]
     ((ring, *rest),), said = repair([[outer, hole]])
-    assert shapely.Polygon(ring).equals(shapely.Polygon(outer)) and not rest
+    assert shapely.Polygon(ring).equals(shapely.Polygon(outer))
+    assert not rest
     assert len(said) == 1
 
 

@@ -6,12 +6,20 @@ They keep to the precedence inside a block of columns, and leave out what joins 
 
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.relaxed_bound import raise_relaxed_bound
-from slicer.sequence.bound.streamed_bound import raise_streamed_bound
+from slicer.sequence.bound.streamed_ascent import climb, open_streamed_bound, raise_streamed_bound
+from slicer.sequence.bound.streamed_bound import StreamedBound
+from slicer.sequence.bound.streamed_dp import Layout
+from slicer.sequence.bound.streamed_states import StateValues
 from slicer.sequence.bound.tree_bound import TreeBound, raise_cheap_bound
 
 __all__ = [
+    "Layout",
     "PairBound",
+    "StateValues",
+    "StreamedBound",
     "TreeBound",
+    "climb",
+    "open_streamed_bound",
     "raise_cheap_bound",
     "raise_relaxed_bound",
     "raise_streamed_bound",

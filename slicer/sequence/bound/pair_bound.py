@@ -104,6 +104,17 @@ class PairBound:
             _forbid(section, blocks, costs, int(c))
         return cls(section, sets, blocks, costs, _ends(section, sets, blocks), multipliers)
 
+    def start_from(self, oriented: NDArray[np.intp], price: NDArray[np.float64]) -> None:
+        """Begin with prices that another bound of the same columns has found; larger blocks have none.
+
+        Args:
+            oriented: int (2n,), which oriented toolpath each column of ``price`` is about.
+            price: float64 (4, 2n), those of ``pair_costs``.
+        """
+        if self.blocks.blocks == len(self.sets.size) - 1:
+            prices = slice(int(self.block_costs.pair_start[-1]), self.block_costs.visits)
+            self.best[prices].reshape(4, -1)[:, oriented] = price
+
     @cached_property
     def sky(self) -> Skylines:
         """The skylines that a search needs; the bound itself is on direct travels unless it sees walls."""

@@ -15,69 +15,20 @@ from numpy.typing import NDArray
 from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_costs import START_SHARE
 from slicer.sequence.bound.streamed_dp import Layout, Values, evaluate_pair
+from slicer.sequence.bound.streamed_states import PairStates, StateValues, pair_states, room_for
 from slicer.sequence.bound.streamed_subgradient import add_pair_subgradient
-from slicer.sequence.bound.subgradient_ascent import MOMENTUM, PATIENCE, SHRINK
-from slicer.sequence.problem import Search
 from slicer.sequence.states import (
     NONE,
     DownSets,
     Section,
-    all_down_sets,
     extent,
-    join_tied_columns,
     needed,
     needs,
+    set_sizes,
 )
 
-FIRST_STEP = 0.2
-USUAL_GAP = 0.06
-"""The optimum is hardly further above the first bounds than this; sequences of large sheets may be."""
-MOST_DOWN_SETS = 6_000
-"""A column with more has too many for a bound."""
-MOST_VALUES = 60_000_000
-"""Values of the states of two columns, at 8 bytes; more count as too many as well."""
-ARCS = {"quick": 200_000_000, "default": 2_500_000_000, "high": 20_000_000_000}
-"""Travels looked at in all steps, at about 1.6 ns each."""
-STRETCH = 4
-"""The one step that there is at least may look at so many times as many travels."""
-MOST_STEPS = 60
-
-
-def raise_streamed_bound(search: Search) -> None:
-    """Raise a search's bound on straight travel by as many steps as the effort allows.
-
-    Where there can be none the bound stays as it is, and the progress says why. For other objectives, which
-    it does not price, it does nothing.
-    """
-    if search.objective.routed:
-        return None
-    section = join_tied_columns(Section.whole(search.problem, search.objective))
-    if section.columns < 2:
-        return search.report("a single column, no bound")
-    sets = all_down_sets(section, MOST_DOWN_SETS)
-    if sets is None or max(_room(sets)) > MOST_VALUES:
-        return search.report("columns with too many down-sets for a bound")
-    arcs = extent(sets, np.arange(section.columns, dtype=np.int32))[1]
-    if arcs > STRETCH * ARCS[search.effort]:
-        return search.report("a sheet too large for a bound with this effort")
-    bound = StreamedBound(section, sets)
-    for _ in range(max(1, min(MOST_STEPS, ARCS[search.effort] // arcs))):
-        if search.proved or not bound.improve(search.cost, search.should_stop):
-            return None
-        search.raise_bound_on_all(bound.bound)
-        search.report("bound")
-    return None
-
-
-def _room(sets: DownSets) -> tuple[int, int, int]:
-    """The most values that two columns have: outside, at ends in the left one, and in the right one."""
-    count, tops = sets.counts.tolist(), (2 * np.diff(sets.top_start[sets.start])).tolist()
-    pairs = list(pairwise(zip(count, tops, strict=True)))
-    return (
-        max(2 * a * b for (a, _), (b, _) in pairs),
-        max(s * b for (_, s), (b, _) in pairs),
-        max(a * t for (a, _), (_, t) in pairs),
-    )
+MOMENTUM = 0.8
+EVERYTHING = 1.0
 
 
 class StreamedBound:
@@ -86,21 +37,28 @@ class StreamedBound:
     Attributes:
         bound: no sequence travels less, in mm; minus infinity before the first step.
         order: int64 (n,), the section's toolpaths column by column, as this class numbers them.
+        columns: how many there are.
+        tied: whether toolpaths wait for others of other columns.
+        layout: the section, its toolpaths so numbered.
+        starts: the first toolpaths that there may be: oriented, its column, down-set, and its place in that.
         price: float64 (4, 2n), where the ascent is: the prices of ``pair_costs``, in mm.
+        best: those of ``bound``.
+        states: of each pair of neighbouring columns, which are looked at.
         inner: bool (2n,), the oriented toolpaths that have prices: those of all columns but the outer two.
     """
 
     def __init__(self, section: Section, sets: DownSets) -> None:
         """Set up the bound; ``sets`` must be complete and of two columns at least, the end free."""
         columns = section.columns
-        order = self.order = np.argsort(section.column, kind="stable")
+        order = self.order = np.lexsort((_earliest(sets, section.n), section.column))
         number = np.empty(section.n, np.int32)
         number[order] = np.arange(section.n, dtype=np.int32)
         begin = np.searchsorted(section.column[order], np.arange(columns + 1)).astype(np.int32)
         point = np.ascontiguousarray(section.segments[order].reshape(-1, 2))
         x = [point[2 * a : 2 * b, 0] for a, b in pairwise(begin)]
-        self._layout = Layout(
+        self.layout = Layout(
             begin,
+            section.column[order],
             point,
             np.array([0.5 * (of_column.min() + of_column.max()) for of_column in x]),
             sets.start,
@@ -111,82 +69,115 @@ class StreamedBound:
             sets.top_start,
             number[sets.top_path],
             section.allowed[order].ravel(),
+            _touched(sets, number),
             *_ties(section, sets),
         )
-        self._columns = columns
+        self.columns, self.tied = columns, len(section.ties) > 0
         oriented = np.repeat(np.arange(columns), 2 * np.diff(begin))
         self.inner = (oriented > 0) & (oriented < columns - 1)
-        self._starts = [self._first_step(2 * int(number[u >> 1]) + (int(u) & 1)) for u in section.starts]
-        self._count, self._tops = np.diff(sets.start), 2 * np.diff(sets.top_start[sets.start])
-        self._room = tuple(np.empty(size) for size in _room(sets))
-        self.bound = -np.inf
+        self.starts = [self._first_step(2 * int(number[u >> 1]) + (int(u) & 1)) for u in section.starts]
+        self._sets = sets
+        states, self._arcs = extent(sets, np.arange(columns, dtype=np.int32))
+        self._everything = 2 * states
+        self.look_at(EVERYTHING)
         self.price = _first_prices(begin, point) * self.inner
-        self._best = self.price
+        self.best = self.price
         self._direction = np.zeros_like(self.price)
-        self._walked = self._starts[0]
-        self._step, self._stale = FIRST_STEP, 0
+        self._walked = self.starts[0]
 
-    def improve(self, target: float, out_of_time: Callable[[], bool]) -> bool:
-        """One step of the ascent towards ``target``, a cost that some sequence has.
+    def look_at(self, slack: float) -> None:
+        """Look at the states whose two columns are done alike but for a part ``slack`` of them.
 
-        False if time ran out before its end, or if there is nowhere to go from where it has come to.
+        With ``EVERYTHING`` at all of them; else ``bound`` is one on the sequences alone that keep to these.
+        """
+        sizes = set_sizes(self._sets)
+        self.states: list[PairStates] = [
+            pair_states(self._sets, sizes, c, slack) for c in range(self.columns - 1)
+        ]
+        room = np.max([states.size for states in self.states], axis=0)
+        self._values = Values(*(np.empty(size) for size in room))
+        self.bound = -np.inf
+
+    @property
+    def oriented(self) -> NDArray[np.intp]:
+        """int (2n,), the section's numbers of the oriented toolpaths, as this class numbers them."""
+        return (2 * self.order[:, None] + [0, 1]).ravel()
+
+    @property
+    def arcs(self) -> float:
+        """About how many travels one evaluation looks at."""
+        shown = sum(int(states.size[0]) for states in self.states)
+        return self._arcs * shown / self._everything
+
+    def step(self, length: float, out_of_time: Callable[[], bool]) -> bool:
+        """One step along a moving average of subgradients.
+
+        Args:
+            length: in mm, by how much the bound would rise if it went on as it begins.
+            out_of_time: is asked between columns.
+
+        Returns:
+            False if time ran out before the end, or if there is nowhere to go from where it has come to.
         """
         subgradient = np.zeros_like(self.price)
         bound = self.evaluate(subgradient, out_of_time)
         if bound is None:
             return False
+        if bound == np.inf:
+            self.bound = bound
+            return False
         if bound > self.bound:
-            self.bound, self._best, self._stale = bound, self.price, 0
-        else:
-            self._stale += 1
-            if self._stale > PATIENCE:
-                self._step, self._stale = SHRINK * self._step, 0
-                self.price, self._direction = self._best, np.zeros_like(self.price)
-                return True
+            self.bound, self.best = bound, self.price
         self._direction = MOMENTUM * self._direction + (1 - MOMENTUM) * subgradient * self.inner
         norm = float((self._direction**2).sum())
         if norm == 0.0:
             return False
-        gap = min(target - bound, USUAL_GAP * target) if bound > 0.0 else target - bound
-        self.price = self.price + self._step * (1 - MOMENTUM) * gap / norm * self._direction
+        self.price = self.price + (1 - MOMENTUM) * length / norm * self._direction
         return True
 
     def evaluate(self, subgradient: NDArray[np.float64], out_of_time: Callable[[], bool]) -> float | None:
-        """The bound at ``price``, or None if time ran out; ``subgradient`` is added to."""
-        layout = self._layout
-        by_start = np.zeros(len(self._starts))
-        for c in range(self._columns - 1):
+        """The bound at ``price``, or None if time ran out; ``subgradient`` is added to.
+
+        Infinite where no sequence keeps to the states that are looked at.
+        """
+        layout = self.layout
+        by_start = np.zeros(len(self.starts))
+        for c in range(self.columns - 1):
             if out_of_time():
                 return None
-            values = self._values(c)
-            evaluate_pair(layout, self.price, c, values)
-            for t, start in enumerate(self._starts):
-                by_start[t] += self._root(c, values, start)
+            states, values = self.states[c], self._values
+            evaluate_pair(layout, self.price, c, states, values)
+            for t, start in enumerate(self.starts):
+                by_start[t] += self._root(c, start)
+            if not np.isfinite(by_start).any():
+                return np.inf  # no sequence keeps to these states
             u, column, to, _ = self._walked
-            i, j = int(layout.set_start[c]), int(layout.set_start[c + 1])
+            to -= int(layout.set_start[column])
             if column == c:
-                add_pair_subgradient(layout, self.price, c, values, (to, j), u, 0, subgradient)
+                walk = to, 0, u, 0
             elif column == c + 1:
-                add_pair_subgradient(layout, self.price, c, values, (i, to), u, 0, subgradient)
+                walk = 0, to, u, 0
             else:
-                side = 1 if column > c else 0
-                add_pair_subgradient(layout, self.price, c, values, (i, j), NONE, side, subgradient)
+                walk = 0, 0, NONE, 1 if column > c else 0
+            if self._is_near(self._walked):
+                add_pair_subgradient(layout, self.price, c, states, values, walk, subgradient)
         # The walks of the next step begin where the bound is least now.
-        self._walked = self._starts[int(by_start.argmin())]
+        self._walked = self.starts[int(by_start.argmin())]
         return float(by_start.min())
 
-    def _values(self, c: int) -> Values:
-        """Room for the values of columns c and c + 1."""
-        a, b = int(self._count[c]), int(self._count[c + 1])
-        s, t = int(self._tops[c]), int(self._tops[c + 1])
-        outside, left, right = self._room
-        return Values(
-            outside[: 2 * a * b].reshape(a, b, 2), left[: s * b].reshape(s, b), right[: a * t].reshape(a, t)
-        )
+    def all_values(self) -> StateValues:
+        """The values of all pairs at the best prices, over the states that are looked at."""
+        known, done = room_for(self.states), np.zeros(3, np.int64)
+        for c, states in enumerate(self.states):
+            evaluate_pair(self.layout, self.best, c, states, self._values)
+            for whole, part, at, size in zip(known[1:], self._values, done, states.size, strict=True):
+                whole[at : at + size] = part[:size]
+            done += states.size
+        return known
 
     def _first_step(self, u: int) -> tuple[int, int, int, int]:
         """Oriented toolpath u as the first: u, its column, the down-set of it alone, its place at the top."""
-        layout = self._layout
+        layout = self.layout
         column = int(np.searchsorted(layout.begin, u >> 1, side="right")) - 1
         empty = layout.set_start[column]
         steps = slice(layout.step_start[empty], layout.step_start[empty + 1])
@@ -194,13 +185,52 @@ class StreamedBound:
         to = int(layout.step_to[e])
         return u, column, to, int(layout.top_start[to] + layout.step_slot[e])
 
-    def _root(self, c: int, values: Values, start: tuple[int, int, int, int]) -> float:
+    def _is_near(self, start: tuple[int, int, int, int]) -> bool:
+        """Whether the state after a start is looked at."""
+        _, column, to, _ = start
+        i = to - int(self.layout.set_start[column])
+        return (column + 1 == self.columns or self.states[column].low[i] == 0) and (
+            column == 0 or i < int(self.states[column - 1].high[0])
+        )
+
+    @property
+    def near_starts(self) -> list[tuple[int, int, int, int]]:
+        """The starts whose states are looked at."""
+        return [start for start in self.starts if self._is_near(start)]
+
+    def _root(self, c: int, start: tuple[int, int, int, int]) -> float:
         """What the walk through columns c and c + 1 costs if the sequence begins with this start."""
-        u, column, _, top = start
-        if column in (c, c + 1):
-            at = 2 * (top - int(self._layout.top_start[self._layout.set_start[column]])) + (u & 1)
-            return float(values.left[at, 0] if column == c else values.right[0, at])
-        return float(values.outside[0, 0, 1 if column > c else 0])
+        u, column, to, top = start
+        states, values, layout = self.states[c], self._values, self.layout
+        if not self._is_near(start):
+            return np.inf
+        if column == c:
+            i, p = to - int(layout.set_start[c]), top - int(layout.top_start[to])
+            return float(values.left[states.left[i] + (2 * p + (u & 1)) * (states.high[i] - states.low[i])])
+        if column == c + 1:
+            t = top - int(layout.top_start[layout.set_start[column]])
+            return float(values.right[states.right[0] + 2 * t + (u & 1)])
+        return float(values.outside[1 if column > c else 0])
+
+
+def _earliest(sets: DownSets, n: int) -> NDArray[np.int64]:
+    """int64 (n,), the least down-set that each toolpath is in, so that one in their order can be printed."""
+    out = np.full(n, sets.start[-1], np.int64)
+    np.minimum.at(out, sets.step_path, sets.step_to)
+    return out
+
+
+def _touched(sets: DownSets, number: NDArray[np.int32]) -> NDArray[np.int32]:
+    """``touched`` of a ``Layout``."""
+    out = np.array([[len(number)], [-1]]).repeat(sets.start[-1], axis=1)
+    for start, path in ((sets.step_start, sets.step_path), (sets.top_start, sets.top_path)):
+        of = np.repeat(np.arange(sets.start[-1]), np.diff(start))
+        np.minimum.at(out[0], of, number[path])
+        np.maximum.at(out[1], of, number[path])
+    for a, b in pairwise(sets.start):
+        out[0, a:b] = np.minimum.accumulate(out[0, a:b][::-1])[::-1]
+        out[1, a:b] = np.maximum.accumulate(out[1, a:b])
+    return out.astype(np.int32)
 
 
 def _ties(section: Section, sets: DownSets) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:

@@ -1,8 +1,11 @@
 """The cheapest walk through one pair of neighbouring columns, without a graph of its states.
 
-The same dynamic programme as ``pair_dp``, for sheets whose blocks together do not fit into memory. All
-pairs of a down-set of the left column and one of the right have a place, so that nothing but their values has
-to be kept, and those of one pair of columns at a time.
+The same dynamic programme as ``pair_dp``, for sheets whose blocks together do not fit into memory. Nothing
+but the values of the states has to be kept, and those of one pair of columns at a time.
+
+Going outside and coming back is folded into the travel between the two toolpaths, so that what a state waits
+for is but the travels of its own steps, and those to the left column's steps are worked out for all
+down-sets of the right column at once.
 """
 
 from typing import NamedTuple
@@ -10,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
 from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.streamed_states import PairStates
 from slicer.sequence.states import holds
 
 
@@ -20,16 +24,20 @@ class Layout(NamedTuple):
 
     Attributes:
         begin: int32 (c + 1,); column c has the toolpaths begin[c] .. begin[c + 1] - 1.
+        column: int32 (n,), the column of each.
         point: float64 (2n, 2) in mm; toolpath s in direction f is entered at point[2s + f] and left at
             point[2s + 1 - f].
         seam: float64 (c,), the x of the middle of each column.
         set_start, step_start, step_path, step_to, step_slot, top_start, top_path: see ``DownSets``.
         allowed: bool (2n,), whether a toolpath may be printed so.
+        touched: int32 (2, d), the least toolpath that is a step or a maximal element of a down-set or of a
+            greater one of its column, and the greatest of one or of a smaller one.
         member: uint64 (d, w), the toolpaths of each down-set, see ``Needs``.
         needed: uint64 (2, d, w), what each down-set needs of the column on its left, and on its right.
     """
 
     begin: NDArray[np.int32]
+    column: NDArray[np.int32]
     point: NDArray[np.float64]
     seam: NDArray[np.float64]
     set_start: NDArray[np.int32]
@@ -40,23 +48,55 @@ class Layout(NamedTuple):
     top_start: NDArray[np.int32]
     top_path: NDArray[np.int32]
     allowed: NDArray[np.bool_]
+    touched: NDArray[np.int32]
     member: NDArray[np.uint64]
     needed: NDArray[np.uint64]
 
 
 class Values(NamedTuple):
-    """The least cost to the end of a pair's walk, for state (i, j) and each place of the nozzle.
+    """The least cost to the end of a pair's walk, by state and place of the nozzle; see ``PairStates``.
 
     Attributes:
-        outside: float64 (i, j, 2): left and right of the pair.
-        left: float64 (t, j): at the end of oriented toolpath t, counted through the maximal elements of
-            the left column's down-sets, twice each.
-        right: float64 (i, t), the same of the right column.
+        outside: float64, left and right of the pair.
+        left: float64, at the end of each oriented maximal element of the left column's down-set.
+        right: float64, the same of the right column's.
     """
 
     outside: NDArray[np.float64]
     left: NDArray[np.float64]
     right: NDArray[np.float64]
+
+
+class PairColumn(NamedTuple):
+    """What the pair needs of one of its columns. Steps and maximal elements are counted through, each twice,
+    oriented; toolpaths and down-sets count from the column's first.
+
+    Attributes:
+        top_start, step_start: int32 (d + 1,), those of each down-set.
+        top_path, step_path: int32, their toolpaths.
+        top_set: int32, the down-set of which each is a maximal element.
+        step_set, step_top: int32, the down-set that a step leads to, and the maximal element it becomes.
+        arc_start, arc: int64 (d + 1,) and float64, what the travel from each maximal element of a down-set to
+            each of its steps costs, be it by going outside, which is the same to the dynamic programme.
+        way: float64 (4, 2m), the costs of ``jumps`` of each toolpath; of leaving, they are the least with
+            going across, and infinite where it may not be printed so.
+        place: float64 (4, 2m), x and y where each is left and entered.
+        price: float64 (2, 2m), of leaving it to the other column (minus infinity where it may not be printed
+            so), and of entering it from there.
+    """
+
+    top_start: NDArray[np.int32]
+    step_start: NDArray[np.int32]
+    top_path: NDArray[np.int32]
+    step_path: NDArray[np.int32]
+    top_set: NDArray[np.int32]
+    step_set: NDArray[np.int32]
+    step_top: NDArray[np.int32]
+    arc_start: NDArray[np.int64]
+    arc: NDArray[np.float64]
+    way: NDArray[np.float64]
+    place: NDArray[np.float64]
+    price: NDArray[np.float64]
 
 
 @inner_kernel
@@ -88,138 +128,255 @@ def way_cost(layout: Layout, price: NDArray[np.float64], c: int, way: int, u: in
     return float((x - layout.seam[c] if leftward else layout.seam[c + 1] - x) - price[way, u])
 
 
+@inner_kernel
+def leave_cost(layout: Layout, price: NDArray[np.float64], c: int, u: int, side: int) -> float:
+    """What getting out to a side costs after u, 0 for left: at once, or on the other side and across."""
+    cross = layout.seam[c + 1] - layout.seam[c]
+    left = way_cost(layout, price, c, LEAVE_LEFT, u) + (cross if side == 1 else 0.0)
+    right = way_cost(layout, price, c, LEAVE_RIGHT, u) + (cross if side == 0 else 0.0)
+    return float(min(left, right))
+
+
 @kernel
-def evaluate_pair(layout: Layout, price: NDArray[np.float64], c: int, values: Values) -> None:
+def evaluate_pair(
+    layout: Layout, price: NDArray[np.float64], c: int, states: PairStates, values: Values
+) -> None:
     """Fill the values of columns c and c + 1 at these prices, from everything printed back to nothing.
 
     Infinite where the down-sets do not go together, and after a toolpath that may not be printed so.
     """
-    a0, b0, end = layout.set_start[c], layout.set_start[c + 1], layout.set_start[c + 2]
-    middle = 2 * layout.begin[c + 1]
-    size = 2 * layout.begin[c + 2] - middle  # oriented toolpaths of the right column
-    cross = layout.seam[c + 1] - layout.seam[c]
-    most = 0
-    for s in range(a0, end):
-        most = max(most, 2 * (layout.step_start[s + 1] - layout.step_start[s]))
-        most = max(most, 2 * (layout.top_start[s + 1] - layout.top_start[s]))
-    ways = np.empty((4, size))
-    for way in range(4):
-        for v in range(size):
-            ways[way, v] = way_cost(layout, price, c, way, middle + v)
-    # Of the right column, everything that does not depend on i: its steps, tops, and travels between them.
-    top_base = layout.top_start[b0]
-    arc_start = np.zeros(end - b0 + 1, np.int64)
-    for s in range(b0, end):
-        steps, tops = (
-            layout.step_start[s + 1] - layout.step_start[s],
-            layout.top_start[s + 1] - layout.top_start[s],
-        )
-        arc_start[s - b0 + 1] = arc_start[s - b0] + 4 * steps * tops
-    arc = np.empty(arc_start[-1])
-    for s in range(b0, end):
-        at = arc_start[s - b0]
-        for t in range(2 * layout.top_start[s], 2 * layout.top_start[s + 1]):
-            u = 2 * layout.top_path[t >> 1] + (t & 1)
-            for e in range(2 * layout.step_start[s], 2 * layout.step_start[s + 1]):
-                arc[at] = arc_cost(layout, price, c, u, 2 * layout.step_path[e >> 1] + (e & 1))
-                at += 1
-    row, onward = np.empty(most, np.int64), np.empty(most, np.int64)
-    own = np.empty((most, most))
-    over, back = np.empty((most, size)), np.empty((most, size))
-    leave, enter = np.empty((2, most)), np.empty((2, most))
-    rest, rest_right = np.empty(most), np.empty(most)
-    may = np.empty(most, np.bool_)
-    allowed, member, of_left, of_right = layout.allowed, layout.member, layout.needed[0], layout.needed[1]
-    for i in range(b0 - 1, a0 - 1, -1):
-        steps = 2 * (layout.step_start[i + 1] - layout.step_start[i])
-        tops = 2 * (layout.top_start[i + 1] - layout.top_start[i])
-        for q in range(steps):
-            e = layout.step_start[i] + (q >> 1)
-            v = 2 * layout.step_path[e] + (q & 1)
-            row[q] = 2 * (
-                layout.top_start[layout.step_to[e]] - layout.top_start[a0] + layout.step_slot[e]
-            ) + (q & 1)
-            enter[0, q] = way_cost(layout, price, c, ENTER_LEFT, v)
-            enter[1, q] = way_cost(layout, price, c, ENTER_RIGHT, v)
-            for u in range(size):
-                back[q, u] = arc_cost(layout, price, c, middle + u, v)
-        for p in range(tops):
-            u = 2 * layout.top_path[layout.top_start[i] + (p >> 1)] + (p & 1)
-            may[p] = allowed[u]
-            leave[0, p] = way_cost(layout, price, c, LEAVE_LEFT, u)
-            leave[1, p] = way_cost(layout, price, c, LEAVE_RIGHT, u)
-            for v in range(size):
-                over[p, v] = arc_cost(layout, price, c, u, middle + v)
-            for q in range(steps):
-                e = layout.step_start[i] + (q >> 1)
-                own[p, q] = arc_cost(layout, price, c, u, 2 * layout.step_path[e] + (q & 1))
-        first_top = 2 * (layout.top_start[i] - layout.top_start[a0])
-        for j in range(end - 1, b0 - 1, -1):
-            if i == b0 - 1 and j == end - 1:
-                _finish(layout, price, c, values)
-                continue
-            if not (holds(member, i, of_left, j) and holds(member, j, of_right, i)):
-                _bar(layout, c, values, i, j)
-                continue
-            from_left = from_right = np.inf
-            for q in range(steps):
-                w = values.left[row[q], j - b0]
-                rest[q] = w
-                from_left, from_right = min(from_left, enter[0, q] + w), min(from_right, enter[1, q] + w)
-            count = 0
-            for e in range(layout.step_start[j], layout.step_start[j + 1]):
-                v = 2 * layout.step_path[e] - middle
-                to = 2 * (layout.top_start[layout.step_to[e]] - top_base + layout.step_slot[e])
-                for f in range(2):
-                    w = values.right[i - a0, to + f]
-                    rest_right[count], onward[count] = w, v + f
-                    count += 1
-                    from_left = min(from_left, ways[ENTER_LEFT, v + f] + w)
-                    from_right = min(from_right, ways[ENTER_RIGHT, v + f] + w)
-            left, right = min(from_left, from_right + cross), min(from_right, from_left + cross)
-            values.outside[i - a0, j - b0, 0], values.outside[i - a0, j - b0, 1] = left, right
-            for p in range(tops):
-                best = min(left + leave[0, p], right + leave[1, p])
-                for q in range(steps):
-                    best = min(best, own[p, q] + rest[q])
-                for q in range(count):
-                    best = min(best, over[p, onward[q]] + rest_right[q])
-                values.left[first_top + p, j - b0] = best if may[p] else np.inf
-            at = arc_start[j - b0]
-            for t in range(2 * layout.top_start[j], 2 * layout.top_start[j + 1]):
-                u = 2 * layout.top_path[t >> 1] + (t & 1) - middle
-                best = min(left + ways[LEAVE_LEFT, u], right + ways[LEAVE_RIGHT, u])
-                for q in range(steps):
-                    best = min(best, back[q, u] + rest[q])
-                for q in range(count):
-                    best = min(best, arc[at] + rest_right[q])
-                    at += 1
-                values.right[i - a0, t - 2 * top_base] = best if allowed[u + middle] else np.inf
-
-
-@inner_kernel
-def _finish(layout: Layout, price: NDArray[np.float64], c: int, values: Values) -> None:
-    """The values where all is printed: the sequence ends here, or goes on outside at a price below zero."""
-    a0, b0, end = layout.set_start[c], layout.set_start[c + 1], layout.set_start[c + 2]
-    i, j = b0 - 1 - a0, end - 1 - b0
-    values.outside[i, j, 0] = values.outside[i, j, 1] = 0.0
-    for s in (b0 - 1, end - 1):
-        for t in range(2 * layout.top_start[s], 2 * layout.top_start[s + 1]):
-            u = 2 * layout.top_path[t >> 1] + (t & 1)
-            leave = min(way_cost(layout, price, c, LEAVE_LEFT, u), way_cost(layout, price, c, LEAVE_RIGHT, u))
-            cost = min(0.0, leave) if layout.allowed[u] else np.inf
-            if s == b0 - 1:
-                values.left[t - 2 * layout.top_start[a0], j] = cost
-            else:
-                values.right[i, t - 2 * layout.top_start[b0]] = cost
-
-
-@inner_kernel
-def _bar(layout: Layout, c: int, values: Values, i: int, j: int) -> None:
-    """The values of down-sets i and j that do not go together."""
+    left, right = _pair_column(layout, price, c, 0), _pair_column(layout, price, c, 1)
     a0, b0 = layout.set_start[c], layout.set_start[c + 1]
-    values.outside[i - a0, j - b0, 0] = values.outside[i - a0, j - b0, 1] = np.inf
-    for t in range(2 * layout.top_start[i], 2 * layout.top_start[i + 1]):
-        values.left[t - 2 * layout.top_start[a0], j - b0] = np.inf
-    for t in range(2 * layout.top_start[j], 2 * layout.top_start[j + 1]):
-        values.right[i - a0, t - 2 * layout.top_start[b0]] = np.inf
+    a, b, size = b0 - a0, len(right.top_start) - 1, right.way.shape[1]
+    most = 0
+    for column in (left, right):
+        for s in range(len(column.top_start) - 1):
+            most = max(most, column.top_start[s + 1] - column.top_start[s])
+            most = max(most, column.step_start[s + 1] - column.step_start[s])
+    back, over = np.empty(size), np.empty((most, size))
+    # The least costs of the states of a down-set i by way of the left column's steps: where the nozzle comes
+    # from the left and the right, from each maximal element of i, and from those of the right column.
+    by_left, by_right = np.empty(b), np.empty(b)
+    by_own, by_other = np.empty((most, b)), np.empty(len(right.top_path))
+    row = np.full(len(right.top_path), np.inf)  # values.right of i; those beyond its states are infinite
+    enter_left, enter_right = right.way[ENTER_LEFT][right.step_path], right.way[ENTER_RIGHT][right.step_path]
+    after = np.empty(most)  # what is left after each step of the right column
+    cross, tied = layout.seam[c + 1] - layout.seam[c], layout.member.shape[1] > 0
+    for i in range(a - 1, -1, -1):
+        begin, stop = states.low[i], states.high[i]
+        first_top, tops = left.top_start[i], left.top_start[i + 1] - left.top_start[i]
+        first_step, steps = left.step_start[i], left.step_start[i + 1] - left.step_start[i]
+        near = (
+            2 * (layout.touched[0, b0 + begin] - layout.begin[c + 1]),
+            2 * (layout.touched[1, b0 + stop - 1] + 1 - layout.begin[c + 1]),
+        )
+        for j in range(begin, stop):
+            by_left[j] = by_right[j] = np.inf
+        for p in range(tops):
+            by_own[p, begin:stop] = np.inf
+        by_other[right.top_start[begin] : right.top_start[stop]] = np.inf
+        for q in range(steps):
+            v, to = left.step_path[first_step + q], left.step_set[first_step + q]
+            low, high = max(begin, states.low[to]), min(stop, states.high[to])
+            at = states.left[to] + (left.step_top[first_step + q] - left.top_start[to]) * (
+                states.high[to] - states.low[to]
+            )
+            rest = values.left[at + low : at + high]
+            _lower(by_left[low:high], left.way[ENTER_LEFT, v], rest)
+            _lower(by_right[low:high], left.way[ENTER_RIGHT, v], rest)
+            for p in range(tops):
+                _lower(by_own[p, low:high], left.arc[left.arc_start[i] + p * steps + q], rest)
+            _into(left, right, v, near, back)
+            for t in range(right.top_start[low], right.top_start[high]):
+                by_other[t] = min(by_other[t], back[right.top_path[t]] + rest[right.top_set[t] - low])
+        for p in range(tops):
+            _out_of(left, right, left.top_path[first_top + p], near, over[p])
+        row[right.top_start[stop] :] = np.inf
+        own = values.left[states.left[i] + begin : states.left[i] + begin + tops * (stop - begin)]
+        # This is written out, and is no function: it is done for each state, and to pass what it takes would
+        # take longer.
+        for j in range(stop - 1, begin - 1, -1):
+            if i == a - 1 and j == b - 1:
+                _finish(left, right, states, values, row)
+                continue
+            if tied and not (
+                holds(layout.member, a0 + i, layout.needed[0], b0 + j)
+                and holds(layout.member, b0 + j, layout.needed[1], a0 + i)
+            ):
+                _bar(right, states, values, row, (i, j, tops))
+                continue
+            first, last = right.step_start[j], right.step_start[j + 1]
+            from_left, from_right = by_left[j], by_right[j]
+            for e in range(first, last):
+                rest_e = row[right.step_top[e]]
+                after[e - first] = rest_e
+                from_left = min(from_left, enter_left[e] + rest_e)
+                from_right = min(from_right, enter_right[e] + rest_e)
+            outside = states.outside[i] + 2 * j
+            values.outside[outside] = min(from_left, from_right + cross)
+            values.outside[outside + 1] = min(from_right, from_left + cross)
+            arc = right.arc_start[j]
+            for t in range(right.top_start[j], right.top_start[j + 1]):
+                best = by_other[t]
+                for e in range(last - first):
+                    best = min(best, right.arc[arc] + after[e])
+                    arc += 1
+                row[t] = best
+            for p in range(tops):
+                best = by_own[p, j]
+                for e in range(first, last):
+                    best = min(best, over[p, right.step_path[e]] + after[e - first])
+                own[p * (stop - begin) + j - begin] = best
+        at = states.right[i]
+        for t in range(right.top_start[begin], right.top_start[stop]):
+            values.right[at + t] = row[t]
+
+
+@inner_kernel
+def _lower(least: NDArray[np.float64], cost: float, rest: NDArray[np.float64]) -> None:
+    for j in range(len(rest)):
+        least[j] = min(least[j], cost + rest[j])
+
+
+@inner_kernel
+def _into(
+    left: PairColumn, right: PairColumn, v: int, near: tuple[int, int], back: NDArray[np.float64]
+) -> None:
+    """What the travel from each near toolpath of the right column to v of the left one costs, see ``arc``."""
+    x, y, own = left.place[2, v], left.place[3, v], left.price[1, v]
+    from_left, from_right = left.way[ENTER_LEFT, v], left.way[ENTER_RIGHT, v]
+    to_left, to_right = right.way[LEAVE_LEFT], right.way[LEAVE_RIGHT]
+    leave_x, leave_y, price = right.place[0], right.place[1], right.price[0]
+    for u in range(near[0], near[1]):
+        dx, dy = leave_x[u] - x, leave_y[u] - y
+        direct = np.sqrt(dx * dx + dy * dy) - (price[u] + own)
+        back[u] = min(direct, min(to_left[u] + from_left, to_right[u] + from_right))
+
+
+@inner_kernel
+def _out_of(
+    left: PairColumn, right: PairColumn, u: int, near: tuple[int, int], over: NDArray[np.float64]
+) -> None:
+    """What the travel from u of the left column to each near one of the right one costs, see ``arc``."""
+    x, y, own = left.place[0, u], left.place[1, u], left.price[0, u]
+    to_left, to_right = left.way[LEAVE_LEFT, u], left.way[LEAVE_RIGHT, u]
+    from_left, from_right = right.way[ENTER_LEFT], right.way[ENTER_RIGHT]
+    enter_x, enter_y, price = right.place[2], right.place[3], right.price[1]
+    for v in range(near[0], near[1]):
+        dx, dy = x - enter_x[v], y - enter_y[v]
+        direct = np.sqrt(dx * dx + dy * dy) - (own + price[v])
+        over[v] = min(direct, min(to_left + from_left[v], to_right + from_right[v]))
+
+
+@allocating_inner_kernel
+def _pair_column(layout: Layout, price: NDArray[np.float64], c: int, side: int) -> PairColumn:
+    """Column c for side 0, or c + 1 for side 1, of the pair of both."""
+    begin, end = layout.set_start[c + side], layout.set_start[c + side + 1]
+    base = 2 * layout.begin[c + side]
+    size, sets = 2 * layout.begin[c + side + 1] - base, end - begin
+    first_top, first_step = 2 * layout.top_start[begin], 2 * layout.step_start[begin]
+    tops, steps = 2 * layout.top_start[end] - first_top, 2 * layout.step_start[end] - first_step
+    column = PairColumn(
+        np.empty(sets + 1, np.int32),
+        np.empty(sets + 1, np.int32),
+        np.empty(tops, np.int32),
+        np.empty(steps, np.int32),
+        np.empty(tops, np.int32),
+        np.empty(steps, np.int32),
+        np.empty(steps, np.int32),
+        np.zeros(sets + 1, np.int64),
+        np.empty(4 * _arcs(layout, begin, end)),
+        np.empty((4, size)),
+        np.empty((4, size)),
+        np.empty((2, size)),
+    )
+    leave, enter = (LEAVE_RIGHT, ENTER_RIGHT) if side == 0 else (LEAVE_LEFT, ENTER_LEFT)
+    for v in range(size):
+        for way in range(2):
+            out = leave_cost(layout, price, c, base + v, way)
+            column.way[LEAVE_LEFT + way, v] = out if layout.allowed[base + v] else np.inf
+            column.way[ENTER_LEFT + way, v] = way_cost(layout, price, c, ENTER_LEFT + way, base + v)
+        for axis in range(2):
+            column.place[axis, v] = layout.point[(base + v) ^ 1, axis]
+            column.place[2 + axis, v] = layout.point[base + v, axis]
+        column.price[0, v] = price[leave, base + v] if layout.allowed[base + v] else -np.inf
+        column.price[1, v] = price[enter, base + v]
+    for t in range(tops):
+        column.top_path[t] = 2 * layout.top_path[(first_top + t) >> 1] + (t & 1) - base
+    for k in range(steps):
+        e = (first_step + k) >> 1
+        column.step_path[k] = 2 * layout.step_path[e] + (k & 1) - base
+        column.step_set[k] = layout.step_to[e] - begin
+        top = layout.top_start[layout.step_to[e]] + layout.step_slot[e]
+        column.step_top[k] = 2 * top - first_top + (k & 1)
+    outermost = c == 0 if side == 0 else c + 1 == len(layout.begin) - 2
+    part, at = 1.0 if outermost else 0.5, 0  # see ``arc_cost``
+    for s in range(sets + 1):
+        column.top_start[s] = 2 * layout.top_start[begin + s] - first_top
+        column.step_start[s] = 2 * layout.step_start[begin + s] - first_step
+        column.arc_start[s] = at
+        if s < sets:
+            for t in range(2 * layout.top_start[begin + s], 2 * layout.top_start[begin + s + 1]):
+                column.top_set[t - first_top] = s
+                for k in range(2 * layout.step_start[begin + s], 2 * layout.step_start[begin + s + 1]):
+                    u, v = column.top_path[t - first_top], column.step_path[k - first_step]
+                    dx = column.place[0, u] - column.place[2, v]
+                    dy = column.place[1, u] - column.place[3, v]
+                    out = min(
+                        column.way[LEAVE_LEFT, u] + column.way[ENTER_LEFT, v],
+                        column.way[LEAVE_RIGHT, u] + column.way[ENTER_RIGHT, v],
+                    )
+                    direct = part * np.sqrt(dx * dx + dy * dy)
+                    column.arc[at] = min(direct, out) if column.price[0, u] > -np.inf else np.inf
+                    at += 1
+    return column
+
+
+@inner_kernel
+def _arcs(layout: Layout, begin: int, end: int) -> int:
+    """The steps from maximal elements of the down-sets begin .. end - 1, without directions."""
+    count = 0
+    for s in range(begin, end):
+        tops = layout.top_start[s + 1] - layout.top_start[s]
+        count += tops * (layout.step_start[s + 1] - layout.step_start[s])
+    return int(count)
+
+
+@inner_kernel
+def _finish(
+    left: PairColumn, right: PairColumn, states: PairStates, values: Values, row: NDArray[np.float64]
+) -> None:
+    """The values where all is printed: the sequence ends here, or goes on outside at a price below zero."""
+    i, j = len(left.top_start) - 2, len(right.top_start) - 2
+    at = states.outside[i] + 2 * j
+    values.outside[at] = values.outside[at + 1] = 0.0
+    at = states.left[i] + j
+    for t in range(left.top_start[i], left.top_start[i + 1]):
+        values.left[at] = _ended(left, left.top_path[t])
+        at += states.high[i] - states.low[i]
+    for t in range(right.top_start[j], right.top_start[j + 1]):
+        row[t] = _ended(right, right.top_path[t])
+
+
+@inner_kernel
+def _ended(column: PairColumn, u: int) -> float:
+    leave = min(column.way[LEAVE_LEFT, u], column.way[LEAVE_RIGHT, u])
+    return float(min(0.0, leave)) if column.price[0, u] > -np.inf else np.inf
+
+
+@inner_kernel
+def _bar(
+    right: PairColumn,
+    states: PairStates,
+    values: Values,
+    row: NDArray[np.float64],
+    state: tuple[int, int, int],
+) -> None:
+    """The values of down-sets i, with so many maximal elements, and j that do not go together."""
+    i, j, tops = state
+    at = states.outside[i] + 2 * j
+    values.outside[at] = values.outside[at + 1] = np.inf
+    for p in range(tops):
+        values.left[states.left[i] + p * (states.high[i] - states.low[i]) + j] = np.inf
+    for t in range(right.top_start[j], right.top_start[j + 1]):
+        row[t] = np.inf

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.streamed_dp import Layout, Values, arc_cost, way_cost
+from slicer.sequence.bound.streamed_states import PairStates
 from slicer.sequence.states import NONE
 
 
@@ -14,39 +15,49 @@ def add_pair_subgradient(
     layout: Layout,
     price: NDArray[np.float64],
     c: int,
+    states: PairStates,
     values: Values,
-    state: tuple[int, int],
-    u: int,
-    side: int,
+    walk: tuple[int, int, int, int],
     subgradient: NDArray[np.float64],
 ) -> None:
     """Follow the cheapest walk from a state on; add to ``subgradient`` (4, 2n) how it grows with the prices.
 
     Args:
-        layout, price, c, values: as ``evaluate_pair`` was given and has filled them.
-        state: down-sets i and j of columns c and c + 1, numbered through as in ``Layout``.
-        u: the oriented toolpath that the nozzle is at the end of, or ``NONE``: it is outside.
-        side: 0 left of the pair, 1 right of it.
+        layout, price, c, states, values: as ``evaluate_pair`` was given and has filled them.
+        walk: (i, j, u, side), where it begins: down-sets i and j of columns c and c + 1, counted from their
+            first; the oriented toolpath that the nozzle is at the end of, or ``NONE``: it is outside; and
+            then 0 left of the pair, 1 right of it.
         subgradient: changed in place.
     """
-    i, j = state
+    i, j, u, side = walk
     a0, b0, end = layout.set_start[c], layout.set_start[c + 1], layout.set_start[c + 2]
     middle = 2 * layout.begin[c + 1]
-    while i < b0 - 1 or j < end - 1:
+    while i < b0 - a0 - 1 or j < end - b0 - 1:
         best, gone, step, step_set, way = np.inf, NONE, NONE, NONE, NONE
         if u != NONE:
             # Going outside and coming back is two steps of the walk, at the same state.
             for to in range(2):
-                cost = values.outside[i - a0, j - b0, to] + way_cost(layout, price, c, LEAVE_LEFT + to, u)
+                cost = values.outside[states.outside[i] + 2 * j + to] + way_cost(
+                    layout, price, c, LEAVE_LEFT + to, u
+                )
                 if cost < best:
                     best, gone = cost, to
-        for s, first in ((i, a0), (j, b0)):
+        for s, first in ((a0 + i, a0), (b0 + j, b0)):
             for e in range(layout.step_start[s], layout.step_start[s + 1]):
-                to = layout.step_to[e]
-                top = 2 * (layout.top_start[to] - layout.top_start[first] + layout.step_slot[e])
+                to = layout.step_to[e] - first
+                if first == a0 and not states.low[to] <= j < states.high[to]:
+                    continue
+                if first == b0 and to >= states.high[i]:
+                    continue
                 for f in range(2):
                     v = 2 * layout.step_path[e] + f
-                    rest = values.left[top + f, j - b0] if first == a0 else values.right[i - a0, top + f]
+                    if first == a0:
+                        width = states.high[to] - states.low[to]
+                        at = states.left[to] + (2 * layout.step_slot[e] + f) * width + j
+                        rest = values.left[at]
+                    else:
+                        top = layout.top_start[layout.step_to[e]] - layout.top_start[b0] + layout.step_slot[e]
+                        rest = values.right[states.right[i] + 2 * top + f]
                     if u != NONE:
                         cost = arc_cost(layout, price, c, u, v) + rest
                         if cost < best:
@@ -58,6 +69,8 @@ def add_pair_subgradient(
                             cost += layout.seam[c + 1] - layout.seam[c]
                         if cost < best:
                             best, step, step_set, way = cost, v, to, ENTER_LEFT + entry
+        if best == np.inf:
+            return  # it leaves the states that are looked at
         if gone != NONE:
             _use(layout, c, LEAVE_LEFT + gone, u, subgradient)
             u, side = NONE, gone

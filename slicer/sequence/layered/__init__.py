@@ -11,6 +11,7 @@ from slicer.sequence.layered.node_pool import (
     new_pool,
     rebuild_table,
 )
+from slicer.sequence.layered.streamed_beam import streamed_beam
 from slicer.sequence.layered.tour_merging import merge_tours
 from slicer.sequence.layered.windows import window_search
 
@@ -26,5 +27,6 @@ __all__ = [
     "merge_tours",
     "new_pool",
     "rebuild_table",
+    "streamed_beam",
     "window_search",
 ]

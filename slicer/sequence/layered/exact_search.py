@@ -5,7 +5,7 @@ struck out, and a layered search looks below the incumbent. When no layer of it 
 or nothing that was cut off could be better, then the incumbent is optimal. Every round has a wider search.
 """
 
-from slicer.sequence.bound import raise_relaxed_bound
+from slicer.sequence.bound import StreamedBound, raise_relaxed_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered.bounded_search import bound_around, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
@@ -39,8 +39,10 @@ ROUNDS = ((10, 50), (20, 100), (30, 500), (40, 1_000), (50, 2_000), (60, 5_000))
 """Steps of the bound and width of the search in each round; later ones double the width."""
 
 
-def exact(search: Search, *, settle: bool = False) -> None:
+def exact(search: Search, *, settle: bool = False, known: StreamedBound | None = None) -> None:
     """Prove the optimum if the effort is enough, and offer the best sequence in any case.
+
+    With what is ``known`` of straight travel it begins where that bound has come to.
 
     With ``settle`` it ends where a search finds nothing better and hardly anything is left to gain.
 
@@ -57,6 +59,10 @@ def exact(search: Search, *, settle: bool = False) -> None:
         return raise_relaxed_bound(search)
     bound, complete = opened
     bound.along_subgradients = not search.objective.routed
+    if known is not None and complete:
+        bound.start_from(known.oriented, known.best)
+        bound.use_best_multipliers()
+        bound.fix_states(search.cost)
     turn, found_less = 0, True
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
         steps, width = ROUNDS[min(turn, len(ROUNDS) - 1)]

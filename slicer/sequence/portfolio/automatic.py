@@ -10,7 +10,7 @@ little at a time: together they reach what none of them does alone.
 
 from slicer.sequence.bound import raise_relaxed_bound, raise_streamed_bound
 from slicer.sequence.construct import start_along_levels
-from slicer.sequence.layered import ARCS_PER_TOOLPATH, beam, exact, window_search
+from slicer.sequence.layered import ARCS_PER_TOOLPATH, beam, exact, streamed_beam, window_search
 from slicer.sequence.local_search import FIRST_TEMPERATURE, anneal, perturbation_budget
 from slicer.sequence.portfolio.annealing_rounds import anneal_and_merge
 from slicer.sequence.problem import Search
@@ -19,6 +19,8 @@ from slicer.sequence.tree_search import STRIDE, improve_by_trees
 
 PROVE_UP_TO = {"quick": 250, "default": 1_400, "high": 1_400}
 """Toolpaths up to which a proof for straight travel is tried before anything else."""
+PROVE_KNOWN_UP_TO = {"quick": 250, "default": 1_400, "high": 6_000}
+"""The same where the streamed bound has come so near that most states are struck out at once."""
 CARRY_UP_TO = {"quick": 250, "default": 800, "high": 1_400}
 """The same for objectives whose states carry the skyline, which makes them dearer."""
 PROVE_FULLY_UP_TO = 500
@@ -61,13 +63,21 @@ def _stages(search: Search) -> bool:
         FIRST_TEMPERATURE,
         n <= WINDOWS_UP_TO,
     )
-    if n <= BEAM_UP_TO[effort] and enumerable(search):
-        if n > PROVE_AT_ONCE and not anneal(search, perturbations=SETTLE * n):
+    known = streamed_beam(search) if n > PROVE_AT_ONCE else None
+    if search.should_stop():
+        return False
+    if known is not None and n > PROVE_KNOWN_UP_TO[effort]:
+        if search.near_enough:
+            return True
+        # The large structure is right: what is left to do is small.
+        perturbations, first_temperature = min(perturbations, REST * n), MILD
+    elif n <= BEAM_UP_TO[effort] and enumerable(search):
+        if known is None and n > PROVE_AT_ONCE and not anneal(search, perturbations=SETTLE * n):
             return False
         settled = search.cost
         routed = search.objective.routed
-        if n <= (CARRY_UP_TO if routed else PROVE_UP_TO)[effort]:
-            exact(search, settle=routed and n > PROVE_FULLY_UP_TO)
+        if known is not None or n <= (CARRY_UP_TO if routed else PROVE_UP_TO)[effort]:
+            exact(search, settle=routed and n > PROVE_FULLY_UP_TO, known=known)
         else:
             beam(search)
         if search.proved:
@@ -87,9 +97,11 @@ def _stages(search: Search) -> bool:
         return anneal_and_merge(search, apart=apart, windows=windows)
     if not anneal(search, perturbations=perturbations, first_temperature=first_temperature, stream=1):
         return False
+    if search.near_enough:
+        return True
     if not _pass_of_trees(search):
         return False
-    if windows:
+    if windows and not search.near_enough:
         search.offer(window_search(search, search.oriented, work=WINDOW_WORK[effort] * n))
         search.report("windows")
     return not search.should_stop()

@@ -5,7 +5,7 @@ the skylines over them.
 from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
-from slicer.sequence.states.corridor import extent
+from slicer.sequence.states.corridor import extent, set_sizes
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
 from slicer.sequence.states.group_counts import COUNTED, never_follows
@@ -51,6 +51,7 @@ __all__ = [
     "out_of_reach",
     "relaxed_sets",
     "section_cost",
+    "set_sizes",
     "sets_of_states",
     "skylines",
     "widest_joined_corridor",

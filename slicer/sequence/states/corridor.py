@@ -74,7 +74,7 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
         limit = max(limit // 2, int(2 * sets.size.max()))
     if states > MOST_DENSE or len(bounds) < 2:
         return None
-    sizes, times = _sizes(sets), _times(section, sets, guide)
+    sizes, times = set_sizes(sets), _times(section, sets, guide)
     histogram = [np.bincount(size) for size in sizes]
     reach = section.n
     while reach > 1:
@@ -143,8 +143,8 @@ def extent(sets: DownSets, bounds: NDArray[np.int32]) -> tuple[int, int]:
     return states, arcs
 
 
-def _sizes(sets: DownSets) -> list[NDArray[np.int64]]:
-    """For each column, int64 (d,), how many toolpaths each of its down-sets holds."""
+def set_sizes(sets: DownSets) -> list[NDArray[np.int64]]:
+    """For each column, int64 (d,), how many toolpaths each of its down-sets holds; they ascend."""
     size = np.zeros(sets.start[-1], np.int64)
     for i in range(len(size)):
         size[sets.step_to[sets.step_start[i] : sets.step_start[i + 1]]] = size[i] + 1

@@ -158,7 +158,7 @@ def bounds(problem, goal, order, best, random):
     if not goal.routed and section.columns > 1:
         streamed = StreamedBound(section, all_down_sets(section, 10**4))
         for _ in range(10):
-            streamed.improve(1.1 * best, lambda: False)
+            streamed.step(0.05 * best, lambda: False)
         yield "streamed", streamed.bound
 
 

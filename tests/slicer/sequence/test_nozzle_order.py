@@ -235,7 +235,7 @@ def test_the_streamed_bound_holds(sheet, field, seed, down):
     bound = StreamedBound(section, all_down_sets(section, 10**4))
     best = of.least()
     for _ in range(15):
-        if not bound.improve(best + 1.0, lambda: False):
+        if not bound.step(0.05 * (best + 1.0), lambda: False):
             break
     assert bound.bound <= best + 1e-9
 

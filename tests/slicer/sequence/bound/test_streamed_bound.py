@@ -8,13 +8,14 @@ from hypothesis import strategies as st
 from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
-from slicer.sequence.bound import streamed_bound
+from slicer.sequence.bound import climb, open_streamed_bound, streamed_ascent
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.pair_dp import roots
-from slicer.sequence.bound.streamed_bound import StreamedBound
+from slicer.sequence.bound.streamed_bound import EVERYTHING, StreamedBound
+from slicer.sequence.construct import start_greedily
 from slicer.sequence.portfolio import automatic
 from slicer.sequence.problem.objective import Objective
-from slicer.sequence.problem.search import Progress
+from slicer.sequence.problem.search import Progress, Search
 from slicer.sequence.states.downsets import all_down_sets
 from slicer.sequence.states.section import Section
 
@@ -54,8 +55,8 @@ def test_no_prices_make_the_bound_exceed_the_optimum(sheet, optimum, seed, noise
         random = np.random.default_rng(seed).normal(0.0, 0.5, bound.price.shape)
         assert evaluated(bound, bound.price + random * bound.inner)[0] <= best + 1e-9
     else:
-        for _ in range(60):
-            if not bound.improve(1.1 * best, lambda: False):
+        for length in best * np.geomspace(0.16, 1e-3, 60):
+            if not bound.step(length, lambda: False):
                 break
         assert bound.bound <= best + 1e-9
 
@@ -95,14 +96,51 @@ def test_the_slope_is_that_of_the_bound(seed):
         assert growth == pytest.approx((slope * direction).sum(), abs=1e-11)
 
 
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), slack=st.sampled_from([0.1, 0.3, 0.6]))
+def test_fewer_states_bound_fewer_sequences(sheet, seed, slack):
+    problem = Problem.build(sheet(seed, 30, 4))
+    assume(problem.column.max() > 0)
+    bound = bound_of(problem)
+    everywhere, _ = evaluated(bound, bound.price)
+    bound.look_at(slack)
+    near, slope = evaluated(bound, bound.price)
+    assert near >= everywhere - 1e-9
+    if np.isfinite(near):
+        before = bound.price  # the least of linear functions lies below each of them
+        direction = np.random.default_rng(seed).normal(0.0, 0.1, before.shape) * bound.inner
+        assert evaluated(bound, before + direction)[0] <= near + (slope * direction).sum() + 1e-9
+        bound.price = before
+    bound.look_at(EVERYTHING)
+    assert evaluated(bound, bound.price)[0] == pytest.approx(everywhere, abs=1e-9)
+
+
+def test_a_corridor_that_is_too_narrow_is_widened(monkeypatch):
+    search = Search(walk(8, 6, 3))
+    start_greedily(search)
+    known = solve(search.problem).lower_bound_mm
+    looked_at: list[float] = []
+    look_at = StreamedBound.look_at
+    monkeypatch.setattr(
+        StreamedBound, "look_at", lambda b, slack: (looked_at.append(slack), look_at(b, slack))[1]
+    )
+    monkeypatch.setattr(streamed_ascent, "PACE", 1.5)
+    bound = open_streamed_bound(search)
+    assert climb(search, bound)
+    paces = sorted({slack for slack in looked_at if slack < EVERYTHING})
+    assert len(paces) > 1
+    assert paces[1] == 2 * paces[0]
+    assert 0.95 * known < search.lower_bound <= known + 1e-9
+
+
 def test_steps_raise_the_bound():
     problem = walk(8, 6, 3)
     optimum = solve(problem, effort="high").travel_mm
     bound = bound_of(problem)
-    bound.improve(optimum, lambda: False)
+    bound.step(0.1 * optimum, lambda: False)
     first = bound.bound
-    for _ in range(30):
-        bound.improve(optimum, lambda: False)
+    for length in optimum * np.geomspace(0.1, 0.01, 30):
+        bound.step(length, lambda: False)
     assert 0.9 * optimum < first < bound.bound <= optimum + 1e-9
 
 
@@ -128,10 +166,10 @@ def test_columns_at_different_heights_do_not_send_the_ascent_downhill():
     problem = Problem.build(np.array(segments), first=None)
     optimum = solve(problem).travel_mm
     bound = bound_of(problem)
-    bound.improve(optimum, lambda: False)
+    bound.step(0.1 * optimum, lambda: False)
     first = bound.bound
-    for _ in range(40):
-        if not bound.improve(optimum, lambda: False):
+    for share in np.geomspace(0.16, 0.01, 80):
+        if not bound.step(share * (optimum + max(0.0, -bound.bound)), lambda: False):
             break
     assert first < 0.0
     assert first / 5 < bound.bound <= optimum + 1e-9
@@ -140,7 +178,7 @@ def test_columns_at_different_heights_do_not_send_the_ascent_downhill():
 @pytest.mark.parametrize("name", ["MOST_VALUES", "STRETCH"])
 def test_a_bound_that_would_take_too_much_is_left_out(name, monkeypatch):
     monkeypatch.setitem(automatic.BEAM_UP_TO, "quick", 100)
-    monkeypatch.setattr(streamed_bound, name, 0)
+    monkeypatch.setattr(streamed_ascent, name, 0)
     heard: list[Progress] = []
     found = solve(walk(9, 9, 1), effort="quick", progress=heard.append)
     assert any("too" in word.stage for word in heard)
@@ -149,7 +187,7 @@ def test_a_bound_that_would_take_too_much_is_left_out(name, monkeypatch):
 
 def test_two_columns_have_no_prices_and_so_one_step():
     bound = bound_of(walk(2, 6, 1))
-    assert not bound.improve(1e3, lambda: False)
+    assert not bound.step(1.0, lambda: False)
     assert np.isfinite(bound.bound)
 
 
@@ -169,7 +207,7 @@ def test_a_bound_told_before_ctrl_c_is_kept(monkeypatch):
 
 def test_a_column_with_too_many_down_sets_is_left_to_coarser_states_and_says_so(monkeypatch):
     monkeypatch.setitem(automatic.BEAM_UP_TO, "quick", 100)
-    monkeypatch.setattr(streamed_bound, "MOST_DOWN_SETS", 0)
+    monkeypatch.setattr(streamed_ascent, "MOST_DOWN_SETS", 0)
     heard: list[Progress] = []
     result = solve(walk(9, 9, 1, None, 89.0), effort="quick", progress=heard.append)
     assert "columns with too many down-sets for a bound" in [word.stage for word in heard]

@@ -1,0 +1,99 @@
+"""The beam over large sheets: what it finds can be printed and costs what it says, and wide enough it is optimal."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from slicer.generate import random_walk
+from slicer.hatch import hatch
+from slicer.nozzle import NozzleBody
+from slicer.sequence import Problem, solve
+from slicer.sequence.bound.streamed_bound import StreamedBound
+from slicer.sequence.construct import start_greedily
+from slicer.sequence.layered import streamed_beam
+from slicer.sequence.layered.node_pool import new_pool
+from slicer.sequence.layered.streamed_layers import advance, best_of, new_beam
+from slicer.sequence.portfolio import automatic
+from slicer.sequence.problem.objective import Objective
+from slicer.sequence.problem.search import Search
+from slicer.sequence.states.downsets import all_down_sets
+from slicer.sequence.states.section import Section
+
+
+def started(problem: Problem, effort: str = "default") -> Search:
+    search = Search(problem, effort=effort)
+    start_greedily(search)
+    return search
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**6), free=st.booleans(), split=st.integers(1, 6))
+def test_a_beam_that_drops_nothing_finds_the_optimum(sheet, optimum, seed, free, split):
+    segments = sheet(seed, 8, 2)
+    problem = Problem.build(segments)
+    if not free:
+        problem = Problem.build(segments, first=int(problem.starts[seed % len(problem.starts)] >> 1))
+    assume(problem.column.max() > 0)
+    section = Section.whole(problem, Objective())
+    bound = StreamedBound(section, all_down_sets(section, 10**4))
+    bound.best = bound.price
+    known, pool, at = bound.all_values(), new_pool(), 0
+    beam = new_beam(bound.layout, bound.starts, 10**4)
+    while at < problem.n - 1:  # however it is cut into pieces
+        pool, reached, _ = advance(
+            bound.layout, known, beam, pool, (at, min(problem.n - 1, at + split)), 10**4
+        )
+        assert reached > at
+        at = reached
+    oriented = best_of(beam)
+    toolpath = bound.order[oriented >> 1]
+    place = np.argsort(toolpath)
+    assert sorted(toolpath) == list(range(problem.n))
+    assert (place[problem.edges[:, 0]] < place[problem.edges[:, 1]]).all()
+    assert problem.allowed[toolpath, oriented & 1].all()
+    end, begin = bound.layout.point[oriented[:-1] ^ 1], bound.layout.point[oriented[1:]]
+    assert np.hypot(*(begin - end).T).sum() == pytest.approx(optimum(problem), abs=1e-9)
+
+
+def test_beams_come_near_the_proof():
+    problem = Problem.build(hatch(random_walk(6, 6, seed=1)).segments)
+    proved = solve(problem)
+    assert proved.proved
+    search = started(problem)
+    assert streamed_beam(search)
+    assert search.lower_bound <= proved.travel_mm + 1e-9
+    assert 0.98 * proved.travel_mm < search.lower_bound
+    assert proved.travel_mm - 1e-9 <= search.cost < 1.02 * proved.travel_mm
+
+
+def test_the_default_takes_it_on_large_sheets(monkeypatch):
+    problem = Problem.build(hatch(random_walk(9, 9, seed=2)).segments)
+    monkeypatch.setitem(automatic.PROVE_UP_TO, "quick", 100)
+    stages = []
+    result = solve(problem, effort="quick", progress=lambda word: stages.append(word.stage))
+    assert stages[0] == "prices"
+    assert "search" in stages
+    assert result.gap < 0.05
+
+
+def test_where_columns_are_tied_or_the_corridor_ends_another_search_takes_its_place(monkeypatch):
+    segments = hatch(random_walk(3, 3, seed=1, spacing_mm=0.3)).segments
+    tied = Problem.build(segments, body=NozzleBody.of(0.3, 15.0, 2.0, 4.0, 0.3))
+    assert len(Section.whole(tied, Objective()).ties) > 0
+    assert not streamed_beam(started(tied))
+    monkeypatch.setattr("slicer.sequence.bound.streamed_ascent.PACE", 1e-9)
+    monkeypatch.setattr("slicer.sequence.bound.streamed_ascent.MOST_ROUNDS", 1)
+    narrow = started(Problem.build(segments))
+    before = narrow.cost
+    assert not streamed_beam(narrow)
+    assert narrow.cost == before
+    assert solve(Problem.build(segments), effort="quick").travel_mm < before
+
+
+def test_it_ends_in_time():
+    search = Search(Problem.build(hatch(random_walk(8, 8, seed=1)).segments), deadline=0.0)
+    start_greedily(search)
+    assert not streamed_beam(search)
+    assert search.stopped
+    assert np.isfinite(search.cost)
