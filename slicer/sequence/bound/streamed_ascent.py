@@ -15,9 +15,9 @@ MOST_DOWN_SETS = 6_000
 """A column with more has too many for a bound."""
 MOST_VALUES = 60_000_000
 """Values of the states of two columns, at 8 bytes; more count as too many as well."""
-ARCS = {"quick": 1_500_000_000, "default": 25_000_000_000, "high": 250_000_000_000}
+ARCS = {"quick": 1_500_000_000, "default": 25_000_000_000, "high": 100_000_000_000}
 """Travels looked at in all steps, at about 1.5 ns each."""
-MOST_STEPS = {"quick": 30, "default": 150, "high": 500}
+MOST_STEPS = {"quick": 30, "default": 150, "high": 400}
 LEAST_STEPS = 4
 STRETCH = 4
 """One look at all states may see so many times as many travels."""

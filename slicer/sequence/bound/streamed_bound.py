@@ -101,7 +101,7 @@ class StreamedBound:
     @property
     def oriented(self) -> NDArray[np.intp]:
         """int (2n,), the section's numbers of the oriented toolpaths, as this class numbers them."""
-        return (2 * self.order[:, None] + [0, 1]).ravel()
+        return np.stack([2 * self.order, 2 * self.order + 1], axis=1).ravel()
 
     @property
     def arcs(self) -> float:

@@ -63,14 +63,18 @@ def _stages(search: Search) -> bool:
         FIRST_TEMPERATURE,
         n <= WINDOWS_UP_TO,
     )
+    begun = search.cost
     known = streamed_beam(search) if n > PROVE_AT_ONCE else None
     if search.should_stop():
         return False
     if known is not None and n > PROVE_KNOWN_UP_TO[effort]:
         if search.near_enough:
             return True
-        # The large structure is right: what is left to do is small.
-        perturbations, first_temperature = min(perturbations, REST * n), MILD
+        if search.cost < begun:
+            # The large structure is right: what is left to do is small.
+            perturbations, first_temperature = min(perturbations, REST * n), MILD
+        elif effort != "high":
+            perturbations //= 2  # trees find more
     elif n <= BEAM_UP_TO[effort] and enumerable(search):
         if known is None and n > PROVE_AT_ONCE and not anneal(search, perturbations=SETTLE * n):
             return False
