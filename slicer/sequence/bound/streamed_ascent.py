@@ -29,7 +29,7 @@ towards the optimum 0.6 %.
 """
 PACE = 28.0
 """How many toolpaths, on average, a column may be ahead of its neighbour in the states that steps look at."""
-TOLERANCE = 1e-3
+TOLERANCE = 3e-3
 """The part of the cost by which all states may bring the bound down before the corridor is too narrow."""
 MOST_ROUNDS = 3
 
