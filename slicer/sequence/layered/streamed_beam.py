@@ -16,8 +16,10 @@ WIDTHS = {"quick": (10, 30), "default": (30, 100), "high": (30, 100, 300)}
 MOST_SUCCESSORS = {"quick": 30_000_000, "default": 150_000_000, "high": 1_500_000_000}
 """Of all layers of a beam, at about 0.15 µs each."""
 MOST_COLUMNS = 64
-"""On wider sheets beams leave toolpaths behind and come back for them too late, and only the bound is raised: on
-40x40 tiles beams end 1 to 3 % above the optimum, on 100x100 above any sequence that local search starts from."""
+"""On wider sheets beams leave toolpaths behind and come back for them too late, and only the bound is raised.
+
+On 40x40 tiles they end 1 to 3 % above the optimum, on 100x100 above all that local search starts from.
+"""
 FEW_SUCCESSORS = 20_000_000
 """A beam of so few is not spared where hardly anything is left to gain."""
 SUCCESSORS_PER_COLUMN = 2
