@@ -15,7 +15,7 @@ MOST_DOWN_SETS = 6_000
 """A column with more has too many for a bound."""
 MOST_VALUES = 60_000_000
 """Values of the states of two columns, at 8 bytes; more count as too many as well."""
-ARCS = {"quick": 1_500_000_000, "default": 25_000_000_000, "high": 100_000_000_000}
+ARCS = {"quick": 1_500_000_000, "default": 15_000_000_000, "high": 100_000_000_000}
 """Travels looked at in all steps, at about 1.5 ns each."""
 MOST_STEPS = {"quick": 30, "default": 150, "high": 400}
 LEAST_STEPS = 4
@@ -27,6 +27,8 @@ FIRST_LENGTH, LAST_LENGTH = 0.16, 0.0008
 Of 20x20 tiles, whose optimum is proved, 40 such steps leave 0.26 %, 100 leave 0.15 %, and 120 of Polyak's
 towards the optimum 0.6 %.
 """
+AGAIN_LENGTH, AGAIN_STEPS = 0.01, 20
+"""The first step, and how many, where the prices are good ones but for a few columns."""
 PACE = 28.0
 """How many toolpaths, on average, a column may be ahead of its neighbour in the states that steps look at."""
 TOLERANCE = 3e-3
@@ -60,16 +62,17 @@ def open_streamed_bound(search: Search) -> StreamedBound | None:
     return bound
 
 
-def climb(search: Search, bound: StreamedBound) -> bool:
+def climb(search: Search, bound: StreamedBound, *, again: bool = False) -> bool:
     """Raise the bound as far as the effort allows, and tell the search; False where time ran out.
 
-    It is left at its best prices, in the corridor.
+    It is left at its best prices, in the corridor. With ``again`` it begins near those and takes few steps.
     """
+    first, most = (AGAIN_LENGTH, AGAIN_STEPS) if again else (FIRST_LENGTH, MOST_STEPS[search.effort])
     pace = PACE * bound.columns / search.problem.n
     for _ in range(MOST_ROUNDS):
         bound.look_at(pace)
-        steps = int(np.clip(ARCS[search.effort] // bound.arcs, LEAST_STEPS, MOST_STEPS[search.effort]))
-        for share in np.geomspace(FIRST_LENGTH, LAST_LENGTH, steps):
+        steps = int(np.clip(ARCS[search.effort] // bound.arcs, LEAST_STEPS, most))
+        for share in np.geomspace(first, LAST_LENGTH, steps):
             far = (
                 max(0.0, -bound.bound) if np.isfinite(bound.bound) else 0.0
             )  # from where it should be at least

@@ -11,7 +11,7 @@ from slicer.sequence.layered.node_pool import (
     new_pool,
     rebuild_table,
 )
-from slicer.sequence.layered.streamed_beam import streamed_beam
+from slicer.sequence.layered.streamed_beams import streamed_beam
 from slicer.sequence.layered.tour_merging import merge_tours
 from slicer.sequence.layered.windows import window_search
 

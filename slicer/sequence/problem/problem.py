@@ -133,6 +133,33 @@ class Problem:
             )
         return problem
 
+    def part(self, toolpaths: NDArray[np.intp], *, begins: bool) -> "Problem":
+        """The same of whole columns alone, none of them tied to another one.
+
+        Args:
+            toolpaths: int (k,), ascending; toolpath t of the part is ``toolpaths[t]`` here.
+            begins: whether it comes first; else it may begin and end wherever it likes.
+        """
+        inside = np.full(self.n, -1, np.int32)
+        inside[toolpaths] = np.arange(len(toolpaths), dtype=np.int32)
+        edges, below = (inside[rows[inside[rows[:, 0]] >= 0]] for rows in (self.edges, self.below))
+        pred_start, pred = compressed(edges[:, 1], edges[:, 0], len(toolpaths))
+        succ_start, succ = compressed(edges[:, 0], edges[:, 1], len(toolpaths))
+        return Problem(
+            np.ascontiguousarray(self.segments[toolpaths]),
+            edges,
+            below,
+            pred_start,
+            pred,
+            succ_start,
+            succ,
+            np.unique(self.column[toolpaths], return_inverse=True)[1].astype(np.int32),
+            self.body,
+            self.allowed[toolpaths],
+            int(inside[self.first]) if begins and self.first is not None else None,
+            self.first_flipped if begins else None,
+        )
+
     @property
     def n(self) -> int:
         """The number of toolpaths."""

@@ -91,6 +91,46 @@ def test_where_columns_are_tied_or_the_corridor_ends_another_search_takes_its_pl
     assert solve(Problem.build(segments), effort="quick").travel_mm < before
 
 
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), fixed=st.sampled_from([None, "toolpath", "direction"]))
+def test_bands_are_one_printable_sequence(sheet, seed, fixed):
+    problem = Problem.build(sheet(seed, 40, 4))
+    assume(problem.column.max() > 1)
+    random = np.random.default_rng(seed)
+    first = None if fixed is None else int(random.choice(problem.starts) >> 1)
+    problem = Problem.build(
+        problem.segments, first=first, first_flipped=True if fixed == "direction" else None
+    )
+    search = started(problem)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slicer.sequence.layered.streamed_beams.MOST_COLUMNS", 1)
+        patch.setattr("slicer.sequence.layered.streamed_beams.BAND_COLUMNS", int(random.integers(1, 4)))
+        offered = []
+        patch.setattr(search, "offer", offered.append)
+        assume(streamed_beam(search) is not None)
+    assert len(offered) == 1
+    toolpath, flipped = offered[0] >> 1, offered[0] & 1
+    place = np.argsort(toolpath)
+    assert sorted(toolpath) == list(range(problem.n))
+    assert (place[problem.edges[:, 0]] < place[problem.edges[:, 1]]).all()
+    assert problem.allowed[toolpath, flipped].all()
+    if fixed is not None:
+        assert toolpath[0] == first
+    if fixed == "direction":
+        assert flipped[0]
+
+
+def test_bands_cost_little_more_than_the_whole(monkeypatch):
+    problem = Problem.build(hatch(random_walk(12, 6, seed=1)).segments)
+    whole, bands = started(problem), started(problem)
+    assert streamed_beam(whole)
+    monkeypatch.setattr("slicer.sequence.layered.streamed_beams.MOST_COLUMNS", 1)
+    monkeypatch.setattr("slicer.sequence.layered.streamed_beams.BAND_COLUMNS", 6)
+    assert streamed_beam(bands)
+    assert bands.lower_bound <= whole.cost + 1e-9
+    assert whole.cost < bands.cost < whole.cost + 2 * 6 + 0.05 * whole.cost  # one way down, and a seam
+
+
 def test_it_ends_in_time():
     search = Search(Problem.build(hatch(random_walk(8, 8, seed=1)).segments), deadline=0.0)
     start_greedily(search)
