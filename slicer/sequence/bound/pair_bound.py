@@ -104,14 +104,18 @@ class PairBound:
             _forbid(section, blocks, costs, int(c))
         return cls(section, sets, blocks, costs, _ends(section, sets, blocks), multipliers)
 
-    def start_from(self, oriented: NDArray[np.intp], price: NDArray[np.float64]) -> None:
-        """Begin with prices that another bound of the same columns has found; larger blocks have none.
+    def start_from(
+        self, column: NDArray[np.int32], oriented: NDArray[np.intp], price: NDArray[np.float64]
+    ) -> None:
+        """Begin with prices that another bound has found, if its columns and these blocks allow.
 
         Args:
+            column: int32 (n,), the columns that it has.
             oriented: int (2n,), which oriented toolpath each column of ``price`` is about.
             price: float64 (4, 2n), those of ``pair_costs``.
         """
-        if self.blocks.blocks == len(self.sets.size) - 1:
+        pairs = self.blocks.blocks == len(self.sets.size) - 1
+        if pairs and np.array_equal(column, self.section.column):
             prices = slice(int(self.block_costs.pair_start[-1]), self.block_costs.visits)
             self.best[prices].reshape(4, -1)[:, oriented] = price
 

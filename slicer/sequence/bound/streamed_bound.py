@@ -29,6 +29,8 @@ from slicer.sequence.states import (
 
 MOMENTUM = 0.8
 EVERYTHING = 1.0
+MOST_KEPT = 400_000_000
+"""Values of all pairs that are held at once, at 4 bytes."""
 
 
 class StreamedBound:
@@ -38,6 +40,7 @@ class StreamedBound:
         bound: no sequence travels less, in mm; minus infinity before the first step.
         order: int64 (n,), the section's toolpaths column by column, as this class numbers them.
         columns: how many there are.
+        column: int32 (n,), the column of each toolpath, as the section numbers both.
         tied: whether toolpaths wait for others of other columns.
         layout: the section, its toolpaths so numbered.
         starts: the first toolpaths that there may be: oriented, its column, down-set, and its place in that.
@@ -72,6 +75,7 @@ class StreamedBound:
             _touched(sets, number),
             *_ties(section, sets),
         )
+        self.column = section.column
         self.columns, self.tied = columns, len(section.ties) > 0
         oriented = np.repeat(np.arange(columns), 2 * np.diff(begin))
         self.inner = (oriented > 0) & (oriented < columns - 1)
@@ -165,10 +169,17 @@ class StreamedBound:
         self._walked = self.starts[int(by_start.argmin())]
         return float(by_start.min())
 
-    def all_values(self) -> StateValues:
-        """The values of all pairs at the best prices, over the states that are looked at."""
+    def all_values(self, out_of_time: Callable[[], bool]) -> StateValues | None:
+        """The values of all pairs at the best prices, over the states that are looked at.
+
+        None if they are more than ``MOST_KEPT``, or if time ran out.
+        """
+        if sum(int(states.size.sum()) for states in self.states) > MOST_KEPT:
+            return None
         known, done = room_for(self.states), np.zeros(3, np.int64)
         for c, states in enumerate(self.states):
+            if out_of_time():
+                return None
             evaluate_pair(self.layout, self.best, c, states, self._values)
             for whole, part, at, size in zip(known[1:], self._values, done, states.size, strict=True):
                 whole[at : at + size] = part[:size]

@@ -178,6 +178,8 @@ def evaluate_pair(
         for q in range(steps):
             v, to = left.step_path[first_step + q], left.step_set[first_step + q]
             low, high = max(begin, states.low[to]), min(stop, states.high[to])
+            if low >= high:
+                continue  # one step of a short column leaves the corridor
             at = states.left[to] + (left.step_top[first_step + q] - left.top_start[to]) * (
                 states.high[to] - states.low[to]
             )
@@ -234,7 +236,7 @@ def evaluate_pair(
 
 @inner_kernel
 def _lower(least: NDArray[np.float64], cost: float, rest: NDArray[np.float64]) -> None:
-    for j in range(len(rest)):
+    for j in range(min(len(least), len(rest))):
         least[j] = min(least[j], cost + rest[j])
 
 

@@ -60,7 +60,7 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
     bound, complete = opened
     bound.along_subgradients = not search.objective.routed
     if known is not None and complete:
-        bound.start_from(known.oriented, known.best)
+        bound.start_from(known.column, known.oriented, known.best)
         bound.use_best_multipliers()
         bound.fix_states(search.cost)
     turn, found_less = 0, True

@@ -39,7 +39,7 @@ def streamed_beam(search: Search) -> StreamedBound | None:
     Columns must not be tied by a nozzle's body: a node would not know what it needs elsewhere.
     """
     bound = open_streamed_bound(search)
-    if bound is None or bound.tied or not climb(search, bound) or not bound.near_starts:
+    if bound is None or bound.tied or not climb(search, bound):
         return None
     done = _bands(search, bound) if bound.columns > MOST_COLUMNS else _beams(search, bound)
     return bound if done else None
@@ -48,9 +48,11 @@ def streamed_beam(search: Search) -> StreamedBound | None:
 def _beams(search: Search, bound: StreamedBound, gap: float = 0.0) -> bool:
     """Beams over a whole sheet, until less than a gap is left to gain.
 
-    False where time ran out, or the corridor is a dead end.
+    Nothing is searched where the corridor has no start, or is too large to be held. False where time ran out.
     """
-    known, pool = bound.all_values(), new_pool()
+    known, pool = bound.all_values(search.should_stop), new_pool()
+    if known is None or not bound.near_starts:
+        return not search.should_stop()
     n = search.problem.n
     for width in WIDTHS[search.effort]:
         successors = width * n * min(bound.columns, 2 * REACH + 1) * SUCCESSORS_PER_COLUMN
@@ -68,8 +70,10 @@ def _beams(search: Search, bound: StreamedBound, gap: float = 0.0) -> bool:
             pool, at, generated = advance(bound.layout, known, beam, pool, span, width)
             search.nodes_visited += (at - span[0]) * width
             search.states_created += generated
-            if search.should_stop() or at < span[1]:
+            if search.should_stop():
                 return False
+            if at < span[1]:
+                return True  # the corridor is a dead end
         oriented = best_of(beam)
         search.offer(bound.oriented[oriented].astype(np.int32))
         search.report("search")
@@ -101,7 +105,7 @@ def _bands(search: Search, bound: StreamedBound) -> bool:
         here = np.stack([2 * toolpaths, 2 * toolpaths + 1], axis=1).ravel()
         if inner is not None:  # a single column is short of that
             inner.price = inner.best = price[:, here[inner.oriented]] * inner.inner
-            if climb(part, inner, again=True) and inner.near_starts:
+            if climb(part, inner, again=True):
                 _beams(part, inner, BAND_GAP)
         if search.should_stop():
             return False

@@ -65,6 +65,8 @@ def _stages(search: Search) -> bool:
     )
     begun = search.cost
     known = streamed_beam(search) if n > PROVE_AT_ONCE else None
+    if search.proved:
+        return True
     if search.should_stop():
         return False
     if known is not None and n > PROVE_KNOWN_UP_TO[effort]:
