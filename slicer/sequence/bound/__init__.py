@@ -8,7 +8,7 @@ from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.relaxed_bound import raise_relaxed_bound
 from slicer.sequence.bound.streamed_ascent import climb, open_streamed_bound, raise_streamed_bound
 from slicer.sequence.bound.streamed_bound import StreamedBound
-from slicer.sequence.bound.streamed_dp import Layout
+from slicer.sequence.bound.streamed_columns import Layout
 from slicer.sequence.bound.streamed_states import StateValues
 from slicer.sequence.bound.tree_bound import TreeBound, raise_cheap_bound
 

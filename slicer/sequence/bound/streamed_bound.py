@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_costs import START_SHARE
-from slicer.sequence.bound.streamed_dp import Layout, Values, evaluate_pair
+from slicer.sequence.bound.streamed_columns import Layout
+from slicer.sequence.bound.streamed_dp import Values, evaluate_pair
 from slicer.sequence.bound.streamed_states import PairStates, StateValues, pair_states, room_for
 from slicer.sequence.bound.streamed_subgradient import add_pair_subgradient
 from slicer.sequence.states import (
