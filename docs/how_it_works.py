@@ -13,9 +13,10 @@ import numpy as np
 from how_it_works_example import LONG_MM, ROOT, STEPS, fix, real, small, states_of
 from how_it_works_pictures import draw
 
-from slicer.sequence.bound.streamed_bound import MOST_DOWN_SETS
+from slicer.sequence.bound.streamed_ascent import MOST_DOWN_SETS
+from slicer.sequence.layered.streamed_beams import MOST_COLUMNS
 from slicer.sequence.portfolio import CARRY_UP_TO, WINDOWS_UP_TO
-from slicer.sequence.portfolio.automatic import BEAM_UP_TO, PROVE_UP_TO
+from slicer.sequence.portfolio.automatic import PROVE_KNOWN_UP_TO, PROVE_UP_TO
 from slicer.sequence.states.corridor import MERGED_STATES
 
 RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -59,7 +60,9 @@ def facts() -> list[str]:
         f"no sequence through it costs less than {fixing.through[fixing.worst]:.3f} mm",
         f"takes {fixing.found.nodes} nodes: the optimum is {found:.3f} mm, proved",
         f"greedy has {tissue.greedy.travel_mm:.2f} there",
-        f"tried up to {PROVE_UP_TO['default']} toolpaths, a beam up to {BEAM_UP_TO['default']}",
+        f"tried up to {PROVE_UP_TO['default']} toolpaths,",
+        f"with `--effort high` up to {PROVE_KNOWN_UP_TO['high']}",
+        f"sheets of up to {MOST_COLUMNS} columns",
         f"up to {WINDOWS_UP_TO:,} toolpaths",
         f"more than {MOST_DOWN_SETS} down-sets",
         f"tried up to {CARRY_UP_TO['default']} toolpaths",

@@ -15,7 +15,7 @@ from slicer.sequence import Problem, Result, solve
 from slicer.sequence.bound import PairBound
 from slicer.sequence.bound.pair_dp import roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
-from slicer.sequence.bound.streamed_bound import MOST_DOWN_SETS
+from slicer.sequence.bound.streamed_ascent import MOST_DOWN_SETS
 from slicer.sequence.construct import start_along_levels
 from slicer.sequence.layered.layered_search import LayeredSearch, search_layers
 from slicer.sequence.problem import Objective, Progress, Search

@@ -15,6 +15,7 @@ from gcode import program
 from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
+from slicer.sequence.portfolio import rehearse_large
 from slicer.sequence.problem import ObjectiveName, Progress, unit_of
 from slicer.sequence.rural_postman import Unordered, without_precedence
 from vslice.objective import join_mm, objective_of
@@ -147,6 +148,8 @@ def warm_up(problem: Problem, methods: Sequence[str], objective: ObjectiveName, 
                 objective=objective_of(machine.profile, objective, machine.counted_join_mm),
             )
             _laid_out(part, result, Machine(machine.profile))
+    if "auto" in methods:
+        rehearse_large()
 
 
 def run_methods(

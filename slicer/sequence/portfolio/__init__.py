@@ -7,7 +7,7 @@ from slicer.sequence.portfolio.automatic import (
     auto,
 )
 from slicer.sequence.portfolio.capacity import allowed_workers
-from slicer.sequence.portfolio.rehearsal import rehearse
+from slicer.sequence.portfolio.rehearsal import rehearse, rehearse_large
 from slicer.sequence.portfolio.surrogates import search_by_surrogates
 from slicer.sequence.portfolio.workers import run_workers
 
@@ -18,6 +18,7 @@ __all__ = [
     "allowed_workers",
     "auto",
     "rehearse",
+    "rehearse_large",
     "run_workers",
     "search_by_surrogates",
 ]

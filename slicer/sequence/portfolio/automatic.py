@@ -1,8 +1,8 @@
 """The default method: prove the optimum where the effort allows, else one kind of search after the other.
 
 That is beam, local search, tree search and windows. With high effort, rounds of all but the beam take their
-place, see ``anneal_and_merge``. For straight travel a bound one pair of columns at a time comes first: it leads a
-beam of its own, and a proof begins with its prices.
+place, see ``anneal_and_merge``. For straight travel a bound of one pair of columns at a time comes
+first: it leads a beam of its own, and a proof begins with its prices.
 
 Every stage starts from what the one before it has found and never returns worse. A beam cannot leave the
 corridor that fits into memory, local search cannot see far, trees see a stretch, windows see all there is but

@@ -4,7 +4,15 @@ import numpy as np
 
 from slicer.nozzle import POINT
 from slicer.sequence.bound import PairBound
-from slicer.sequence.layered import doubled, drop_dominated, insert, keep_best, new_pool, rebuild_table
+from slicer.sequence.layered import (
+    doubled,
+    drop_dominated,
+    insert,
+    keep_best,
+    new_pool,
+    rebuild_table,
+    streamed_beam,
+)
 from slicer.sequence.local_search import anneal, refine
 from slicer.sequence.problem import Objective, Problem, Search
 from slicer.sequence.states import Section, cover, down_sets
@@ -17,23 +25,7 @@ def rehearse() -> None:
     It is the order in which a job comes to them, turned round: who rehearses beside a job meets it in the
     middle, and so little is waited for.
     """
-    # Two columns of three level toolpaths, built by hand: a job begins with deriving precedence anyway.
-    segments = np.array([[[col, row], [col + 1, row]] for col in (0.0, 1.0) for row in (0.0, 1.0, 2.0)])
-    edges = np.array([[0, 1], [1, 2], [3, 4], [4, 5]], np.int32)
-    problem = Problem(
-        segments,
-        edges,
-        edges,
-        pred_start=np.array([0, 0, 1, 2, 2, 3, 4], np.int32),
-        pred=np.array([0, 1, 3, 4], np.int32),
-        succ_start=np.array([0, 1, 2, 2, 3, 4, 4], np.int32),
-        succ=np.array([1, 2, 4, 5], np.int32),
-        column=np.array([0, 0, 0, 1, 1, 1], np.int32),
-        body=POINT,
-        allowed=np.ones((6, 2), np.bool_),
-        first=0,
-        first_flipped=False,
-    )
+    problem = _six_toolpaths()
     objective = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
     order = np.arange(6)
     oriented = (2 * order).astype(np.int32)
@@ -47,10 +39,37 @@ def rehearse() -> None:
     pool = doubled(pool, size)
     rebuild_table(pool, size)
     keep_best(pool, size, 1)
-    drop_dominated(pool, segments, size)
+    drop_dominated(pool, problem.segments, size)
     section = Section.whole(problem, objective)
     sets = down_sets(section, 100)
     bound = PairBound.over(section, sets, cover(sets))
     bound.improve(1e3, 1)
     bound.use_best_multipliers()
     bound.fix_states(1e9)
+
+
+def rehearse_large() -> None:
+    """Run the bound of large sheets and its beam once, which small sheets do without."""
+    search = Search(_six_toolpaths())
+    search.offer((2 * np.arange(6)).astype(np.int32))
+    streamed_beam(search)
+
+
+def _six_toolpaths() -> Problem:
+    # Two columns of three level toolpaths, built by hand: a job begins with deriving precedence anyway.
+    segments = np.array([[[col, row], [col + 1, row]] for col in (0.0, 1.0) for row in (0.0, 1.0, 2.0)])
+    edges = np.array([[0, 1], [1, 2], [3, 4], [4, 5]], np.int32)
+    return Problem(
+        segments,
+        edges,
+        edges,
+        pred_start=np.array([0, 0, 1, 2, 2, 3, 4], np.int32),
+        pred=np.array([0, 1, 3, 4], np.int32),
+        succ_start=np.array([0, 1, 2, 2, 3, 4, 4], np.int32),
+        succ=np.array([1, 2, 4, 5], np.int32),
+        column=np.array([0, 0, 0, 1, 1, 1], np.int32),
+        body=POINT,
+        allowed=np.ones((6, 2), np.bool_),
+        first=0,
+        first_flipped=False,
+    )
