@@ -39,9 +39,9 @@ MOST_ROUNDS = 3
 def open_streamed_bound(search: Search) -> StreamedBound | None:
     """The bound of a search, not evaluated yet; None where there can be none, and then the progress says why.
 
-    For straight travel alone: other objectives it does not price.
+    For straight travel alone: other objectives it does not price. None as well where time ran out.
     """
-    if search.objective.routed:
+    if search.objective.routed or search.should_stop():
         return None
     section = join_tied_columns(Section.whole(search.problem, search.objective))
     if section.columns < 2:
@@ -54,6 +54,8 @@ def open_streamed_bound(search: Search) -> StreamedBound | None:
     arcs = extent(sets, np.arange(section.columns, dtype=np.int32))[1]
     if arcs > STRETCH * ARCS[search.effort]:
         search.report("a sheet too large for a bound with this effort")
+        return None
+    if search.should_stop():
         return None
     bound = StreamedBound(section, sets)
     if max(int(states.size.max()) for states in bound.states) > MOST_VALUES:
