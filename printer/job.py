@@ -22,6 +22,10 @@ from printer.safety import extrusion
 from printer.sender import Sender
 from printer.settings import Settings
 
+LINES_PER_RECORD = 100
+"""Acknowledged lines after which the journal is told, at the latest: well within ``LINES_PER_SYNC``, by which
+a resumed job takes it to be behind the printer, as the thread that writes may have to wait for a processor.
+"""
 PROGRESS_S = 0.2
 END_OF_LINE = re.compile(rb"[\r\n]+")
 LONGEST_REPLY = 4096  # bytes without a newline are no reply of a printer: a wrong baud rate, noise
@@ -174,7 +178,7 @@ class Job:
             if now >= tick_at or not received:
                 sender.tick(now)
                 tick_at = now + READ_TIMEOUT_S
-            if sender.window.acked - announced >= 500:
+            if sender.window.acked - announced >= LINES_PER_RECORD:
                 announced = sender.window.acked
                 self._changed.set()  # the journal wants to know
         if data := sender.take_output():
