@@ -81,7 +81,7 @@ class StreamedBound:
         oriented = np.repeat(np.arange(columns), 2 * np.diff(begin))
         self.inner = (oriented > 0) & (oriented < columns - 1)
         self.starts = [self._first_step(2 * int(number[u >> 1]) + (int(u) & 1)) for u in section.starts]
-        self._sets = sets
+        self._sets, self._sizes = sets, set_sizes(sets)
         states, self._arcs = extent(sets, np.arange(columns, dtype=np.int32))
         self._everything = 2 * states
         self.look_at(EVERYTHING)
@@ -95,9 +95,8 @@ class StreamedBound:
 
         With ``EVERYTHING`` at all of them; else ``bound`` is one on the sequences alone that keep to these.
         """
-        sizes = set_sizes(self._sets)
         self.states: list[PairStates] = [
-            pair_states(self._sets, sizes, c, slack) for c in range(self.columns - 1)
+            pair_states(self._sets, self._sizes, c, slack) for c in range(self.columns - 1)
         ]
         room = np.max([states.size for states in self.states], axis=0)
         self._values = Values(*(np.empty(size) for size in room))

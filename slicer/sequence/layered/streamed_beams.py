@@ -24,7 +24,7 @@ printed one after the other.
 On 40x40 tiles beams end 1 to 3 % above the optimum, on 100x100 above all that local search starts from.
 """
 BAND_WIDTHS, BAND_GAP = (10, 5, 20, 30), 0.05
-"""In bands several narrow beams, until so little is left to gain: on 20x100 tiles wider ones are not better.
+"""In bands several narrow beams, the widest if more is left to gain: on 20x100 tiles wide ones are no better.
 
 Of the first fifth of 100x100 10, 20, 30, 45 and 100 nodes come to 2191, 2626, 2503, 2514 and 2248 mm.
 """
@@ -44,16 +44,15 @@ def streamed_beam(search: Search) -> StreamedBound | None:
     bound = open_streamed_bound(search)
     if bound is None or bound.tied or not climb(search, bound):
         return None
-    done = (
-        _bands(search, bound)
-        if bound.columns > MOST_COLUMNS
-        else _beams(search, bound, WIDTHS[search.effort])
-    )
-    return bound if done else None
+    if bound.columns > MOST_COLUMNS:
+        in_time = _bands(search, bound)
+    else:
+        in_time = _beams(search, bound, WIDTHS[search.effort])
+    return bound if in_time else None
 
 
 def _beams(search: Search, bound: StreamedBound, widths: tuple[int, ...], gap: float = 0.0) -> bool:
-    """Beams of these widths over a whole sheet, until less than a gap is left to gain.
+    """Beams of these widths over a whole sheet, the dear ones only while more than a gap is left to gain.
 
     Nothing is searched where the corridor has no start, or is too large to be held. False where time ran out.
     """
@@ -64,11 +63,8 @@ def _beams(search: Search, bound: StreamedBound, widths: tuple[int, ...], gap: f
     for width in widths:
         successors = width * n * min(bound.columns, 2 * REACH + 1) * SUCCESSORS_PER_COLUMN
         enough = search.near_enough or search.lower_bound >= (1.0 - gap) * search.cost
-        if (
-            search.proved
-            or (enough and successors > FEW_SUCCESSORS)
-            or successors > MOST_SUCCESSORS[search.effort]
-        ):
+        most = FEW_SUCCESSORS if enough else MOST_SUCCESSORS[search.effort]
+        if search.proved or successors > most:
             break
         beam = new_beam(bound.layout, bound.near_starts, width)
         at = 0
