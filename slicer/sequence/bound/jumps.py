@@ -6,8 +6,12 @@ travel costs less the price there. So the two never pay more than it costs, what
 solve the dual of a transport problem, where that is called the c-transform of the prices: Villani, "Topics in
 Optimal Transportation", 2003.)
 
+Both blocks have the column that is jumped over, and know its down-set. That has a price as well, which the
+block that is left pays and the other one gets back: so they jump at the same time.
+
 Who leaves for farther columns cannot be told apart. Such a travel has a price of its own at either end, which
-does not look at the other one, and no block pays more than that for any jump.
+does not look at the other one, and no block pays more than that for any jump. None pays less than nothing, or
+more than the cheapest jump from there: so a jump at a time when none is meant to be is no gift.
 """
 
 from typing import NamedTuple
@@ -16,12 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid
 from slicer.sequence.problem import CostModel, least_travel_cost
 from slicer.sequence.states import Blocks, Section
 
-LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
-"""Ways out of a block and into it."""
-RIGHTWARD, LEFTWARD = range(2)
+LEFTWARD, RIGHTWARD = range(2)
 
 
 class Jumps(NamedTuple):
@@ -30,14 +33,17 @@ class Jumps(NamedTuple):
     Attributes:
         at: int64 (b + 1, 2), for each seam where the oriented toolpaths of the columns on its left and on its
             right begin, in the numbers of all blocks.
-        first: int64 (b + 1, 2), for each seam and direction the first multiplier of those that a jump leaves:
-            one for each oriented toolpath of the column on that side.
+        first: int64 (b + 1, 2), for each seam the first multiplier of the ends that leftward jumps leave, and
+            of those that rightward ones do: one for each oriented toolpath of that column.
         cost_start: int64 (b + 2,); a seam's costs are a matrix from cost_start on, [from, to] of rightward
             jumps between oriented toolpaths. A leftward one costs as much as the same the other way round.
         cost: float64, those matrices.
-        most: float64 (b, 2), what a block pays at most for a jump over the seam on its left and its right,
-            beyond what it pays for a travel whose other end is not known; infinite where there is no farther
-            column.
+        most: float64 (4, p), what a block pays at most for each way of leaving or entering, where that is a
+            jump, beside the price of a travel into the next column; infinite for others.
+        priced: bool (4, p), which ways of leaving or entering, of the oriented toolpaths of all blocks, are
+            such jumps.
+        passing: the first multiplier of those of down-sets, as ``DownSets`` numbers them: for jumps over the
+            column leftwards, then for jumps rightwards.
     """
 
     at: NDArray[np.int64]
@@ -45,6 +51,8 @@ class Jumps(NamedTuple):
     cost_start: NDArray[np.int64]
     cost: NDArray[np.float64]
     most: NDArray[np.float64]
+    priced: NDArray[np.bool_]
+    passing: int
 
 
 def jumps_over_seams(
@@ -68,7 +76,8 @@ def jumps_over_seams(
     count, seams = blocks.blocks, blocks.bounds
     at, firsts = np.full((2, count + 1, 2), -1, np.int64)
     cost_start = np.zeros(count + 2, np.int64)
-    most = np.full((count, 2), np.inf)
+    most = np.full(far.shape, np.inf)
+    priced = np.zeros(far.shape, np.bool_)
     prices = [np.empty(0)]
     for t in range(1, count):
         seam = int(seams[t])
@@ -87,13 +96,30 @@ def jumps_over_seams(
             blocks.path[right.start // 2 : right.stop // 2],
             cost,
         )
-        at[t], firsts[t] = (left.start, right.start), (first, first + cost.shape[0])
+        at[t], firsts[t] = (left.start, right.start), (first + cost.shape[0], first)
         first += sum(cost.shape)
         prices += [far[LEAVE_RIGHT, left], far[LEAVE_LEFT, right]]
-        for block, side, a, b in ((t - 1, 1, seam - 1, seam + 2), (t, 0, seam - 2, seam + 1)):
+        priced[LEAVE_RIGHT, left] = priced[ENTER_RIGHT, left] = True
+        priced[LEAVE_LEFT, right] = priced[ENTER_LEFT, right] = True
+        backward = cost.reshape(-1, 2, cost.shape[1])[:, ::-1].reshape(cost.shape)
+        backward = backward.reshape(cost.shape[0], -1, 2)[:, :, ::-1].reshape(cost.shape)
+        for way, place, least in (
+            (LEAVE_RIGHT, left, cost.min(axis=1)),
+            (ENTER_LEFT, right, cost.min(axis=0)),
+            (LEAVE_LEFT, right, backward.min(axis=0)),
+            (ENTER_RIGHT, left, backward.min(axis=1)),
+        ):
+            most[way, place] = least
+        for ways, place, a, b in (
+            ((LEAVE_RIGHT, ENTER_RIGHT), left, seam - 1, seam + 2),
+            ((LEAVE_LEFT, ENTER_LEFT), right, seam - 2, seam + 1),
+        ):
             if a >= 0 and b < section.columns:
-                most[block, side] = 0.5 * max(0.0, beyond_length(section, a, b, rate) - beyond[t])
-    return Jumps(at, firsts, cost_start, costs, most), np.concatenate(prices)
+                further = 0.5 * max(0.0, beyond_length(section, a, b, rate) - beyond[t])
+                for way in ways:
+                    most[way, place] = np.minimum(most[way, place], far[way, place] + further)
+    prices.append(np.zeros(2 * blocks.down_sets))
+    return Jumps(at, firsts, cost_start, costs, most, priced, first), np.concatenate(prices)
 
 
 def _places(blocks: Blocks, k: int, column: int) -> slice:
@@ -136,8 +162,7 @@ def price_jumps(
     jumps: Jumps,
     far: NDArray[np.float64],
     multipliers: NDArray[np.float64],
-    ways: NDArray[np.float64],
-    source: NDArray[np.int32],
+    paid: Paid,
 ) -> None:
     """Let jumps cost what their prices say.
 
@@ -146,14 +171,18 @@ def price_jumps(
         jumps: they.
         far: as ``jumps_over_seams`` was given it.
         multipliers: prices among them.
-        ways: what blocks pay, ``far`` included; changed in place.
-        source: filled with the multiplier that each way of leaving grows with, and each way of entering falls
-            with; or -1.
+        paid: its ``ways``, ``far`` included, are changed in place, and all else but ``arc`` is filled in.
     """
-    source[:] = -1
+    paid.source[:] = -1
+    paid.least[:], paid.most[:] = -np.inf, np.inf
+    for s in range(blocks.down_sets):
+        for direction in range(2):
+            price = multipliers[passing_price(blocks, jumps, LEAVE_LEFT + direction, s)]
+            paid.passing[LEAVE_LEFT + direction, s] = price
+            paid.passing[ENTER_RIGHT - direction, s] = -price
     for t in range(1, len(blocks.state_start) - 1):
         for direction in range(2):
-            _price(blocks, jumps, t, direction, far, multipliers, ways, source)
+            _price(blocks, jumps, t, direction, far, multipliers, paid)
 
 
 @inner_kernel
@@ -164,34 +193,42 @@ def _price(
     direction: int,
     far: NDArray[np.float64],
     multipliers: NDArray[np.float64],
-    ways: NDArray[np.float64],
-    source: NDArray[np.int32],
+    paid: Paid,
 ) -> None:
     """Price the jumps over seam t in one direction."""
     left, right = blocks.bounds[t] - 1, blocks.bounds[t] + 1
     columns = 2 * blocks.column_size[right]
     leave, enter, start, end = LEAVE_RIGHT, ENTER_LEFT, left, right
     begin, arrive = jumps.at[t, 0], jumps.at[t, 1]
-    most_out, most_in = jumps.most[t - 1, 1], jumps.most[t, 0]
     if direction == LEFTWARD:
         leave, enter, start, end = LEAVE_LEFT, ENTER_RIGHT, right, left
-        begin, arrive, most_out, most_in = arrive, begin, most_in, most_out
+        begin, arrive = arrive, begin
     leaving, entering = 2 * blocks.column_size[start], 2 * blocks.column_size[end]
     low, first = jumps.cost_start[t], jumps.first[t, direction]
     for a in range(leaving):
         u = begin + a
-        if multipliers[first + a] < far[leave, u] + most_out:
-            source[leave, u] = first + a
-        ways[leave, u] += min(multipliers[first + a] - far[leave, u], most_out)
+        paid.source[leave, u] = first + a
+        paid.least[leave, u] = paid.ways[leave, u] - far[leave, u]
+        paid.most[leave, u] = paid.least[leave, u] + jumps.most[leave, u]
+        paid.ways[leave, u] = paid.least[leave, u] + multipliers[first + a]
     for b in range(entering):
         v = arrive + b
-        least = far[enter, v] + most_in
+        least = np.inf
         for a in range(leaving):
             u = begin + a
             if blocks.allowed[u]:
                 place = a * columns + b if direction == RIGHTWARD else (b ^ 1) * columns + (a ^ 1)
-                rest = jumps.cost[low + place] - min(multipliers[first + a], far[leave, u] + most_out)
+                rest = jumps.cost[low + place] - multipliers[first + a]
                 if rest < least:
                     least = rest
-                    source[enter, v] = source[leave, u]
-        ways[enter, v] += least - far[enter, v]
+                    paid.source[enter, v] = first + a
+        paid.least[enter, v] = paid.ways[enter, v] - far[enter, v]
+        paid.most[enter, v] = paid.least[enter, v] + jumps.most[enter, v]
+        paid.ways[enter, v] = paid.least[enter, v] + least
+
+
+@inner_kernel
+def passing_price(blocks: Blocks, jumps: Jumps, way: int, down_set: int) -> int:
+    """The multiplier of jumps that leave or enter this way, over a column at a down-set."""
+    direction = way if way < ENTER_LEFT else ENTER_RIGHT - way
+    return int(jumps.passing + direction * blocks.down_sets + down_set)

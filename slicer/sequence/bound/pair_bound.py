@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound.detours import measure_detours, still_there
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, apply_multipliers, block_costs
+from slicer.sequence.bound.paid import Paid
+from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
 from slicer.sequence.bound.smoothed_ascent import SmoothedAscent, never
@@ -71,6 +72,9 @@ class PairBound:
         self.paid = Paid(
             np.empty_like(self.block_costs.direct),
             np.empty_like(self.block_costs.ways),
+            np.empty_like(self.block_costs.ways),
+            np.empty_like(self.block_costs.ways),
+            np.empty((4, self.blocks.down_sets)),
             np.empty_like(self.block_costs.price_at),
         )
         self.value = np.empty(self.blocks.value_start[-1])

@@ -21,16 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel, kernel
-from slicer.sequence.bound.jumps import (
-    ENTER_LEFT,
-    ENTER_RIGHT,
-    LEAVE_LEFT,
-    LEAVE_RIGHT,
-    Jumps,
-    beyond_length,
-    jumps_over_seams,
-    price_jumps,
-)
+from slicer.sequence.bound.jumps import Jumps, beyond_length, jumps_over_seams, price_jumps
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid
 from slicer.sequence.problem import CostModel, least_cost_per_mm, least_travel_cost
 from slicer.sequence.states import OUTSIDE, Blocks, Section
 
@@ -78,20 +70,6 @@ class BlockCosts(NamedTuple):
     visits_end: int
     jumps: Jumps
     size: int
-
-
-class Paid(NamedTuple):
-    """What blocks pay at some multipliers.
-
-    Attributes:
-        arc: float64, for each travel inside a block, numbered as ``BlockCosts.direct``.
-        ways: float64 (4, p), for each way of leaving or entering, as ``BlockCosts.ways``.
-        source: int32 (4, p), the price of a jump that a way depends on, or -1.
-    """
-
-    arc: NDArray[np.float64]
-    ways: NDArray[np.float64]
-    source: NDArray[np.int32]
 
 
 class Seams(NamedTuple):
@@ -265,14 +243,14 @@ def apply_multipliers(
     paid: Paid,
 ) -> None:
     """What each block pays at these multipliers, into ``paid``."""
-    arc, ways, source = paid
+    arc, ways = paid.arc, paid.ways
     count = len(blocks.state_start) - 1
     for way in range(4):
         for at in range(ways.shape[1]):
             ways[way, at] = block_costs.ways[way, at]
             if block_costs.price_at[way, at] >= 0:
                 ways[way, at] += block_costs.price_sign[way, at] * multipliers[block_costs.price_at[way, at]]
-    price_jumps(blocks, block_costs.jumps, block_costs.ways, multipliers, ways, source)
+    price_jumps(blocks, block_costs.jumps, block_costs.ways, multipliers, paid)
     prices = multipliers[block_costs.pair_start[-1] : block_costs.visits].reshape(4, -1)
     for k in range(count):
         low, high = 2 * blocks.path_start[k], 2 * blocks.path_start[k + 1]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, detour_row
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
+from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
 
@@ -46,7 +46,7 @@ def evaluate(
 
     Infinite after a toolpath that may not be printed so.
     """
-    arc, ways, _ = paid
+    arc, priced, passing = paid.arc, block_costs.jumps.priced, paid.passing
     rest = np.empty((most_steps(blocks), 2))
     onward = np.empty(len(rest), np.int64)
     allowed, barred = blocks.allowed, False
@@ -56,28 +56,33 @@ def evaluate(
         low = 2 * blocks.path_start[k]
         stride = 2 * blocks.path_start[k + 1] - low
         final = blocks.state_start[k + 1] - 1
-        _finish(blocks, block_costs, ends, ways, value, k)
+        _finish(blocks, block_costs, ends, paid, value, k)
         for s in range(final - 1, blocks.state_start[k] - 1, -1):
             first = blocks.move_start[s]
             count = blocks.move_start[s + 1] - first
             from_left = from_right = np.inf
+            over_first, over_last = blocks.end_set[s]
+            out_left, out_right = passing[LEAVE_LEFT, over_first], passing[LEAVE_RIGHT, over_last]
+            in_left, in_right = passing[ENTER_LEFT, over_first], passing[ENTER_RIGHT, over_last]
             for j in range(count):
                 v, x = 2 * blocks.move_path[first + j], blocks.move_value[first + j]
                 a, b = value[x], value[x + 1]
                 onward[j], rest[j, 0], rest[j, 1] = v, a, b
-                from_left = min(from_left, ways[ENTER_LEFT, low + v] + a, ways[ENTER_LEFT, low + v + 1] + b)
-                from_right = min(
-                    from_right, ways[ENTER_RIGHT, low + v] + a, ways[ENTER_RIGHT, low + v + 1] + b
-                )
+                for f in range(2):
+                    at, behind = low + v + f, rest[j, f]
+                    from_left = min(from_left, way_cost(paid, priced, ENTER_LEFT, at, in_left) + behind)
+                    from_right = min(from_right, way_cost(paid, priced, ENTER_RIGHT, at, in_right) + behind)
             at = blocks.value_start[s]
             value[at] = min(from_left, from_right + block_costs.cross[k])
             value[at + 1] = min(from_right, from_left + block_costs.cross[k])
             for x in range(at + OUTSIDE, blocks.value_start[s + 1], 2):
                 u = blocks.value_path[x]
-                a = min(value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u])
-                b = min(
-                    value[at] + ways[LEAVE_LEFT, low + u + 1], value[at + 1] + ways[LEAVE_RIGHT, low + u + 1]
-                )
+                for f in range(2):
+                    way = way_cost(paid, priced, LEAVE_LEFT, low + u + f, out_left)
+                    leave = value[at] + way
+                    way = way_cost(paid, priced, LEAVE_RIGHT, low + u + f, out_right)
+                    value[x + f] = min(leave, value[at + 1] + way)
+                a, b = value[x], value[x + 1]
                 row = block_costs.arc_start[k] + u * stride
                 extra = detour_row(blocks, block_costs, s, x)
                 if extra < 0:
@@ -120,7 +125,7 @@ def _finish(
     blocks: Blocks,
     block_costs: BlockCosts,
     ends: Ends,
-    ways: NDArray[np.float64],
+    paid: Paid,
     value: NDArray[np.float64],
     k: int,
 ) -> None:
@@ -147,9 +152,10 @@ def _finish(
             own = ends.last_local[0] if ends.last_home[0] == k else ends.last_local[1]
             value[x] = 0.0 if u == own else np.inf
         # It may go out either way and pass over to where the sequence ends.
-        value[x] = min(
-            value[x], value[at] + ways[LEAVE_LEFT, low + u], value[at + 1] + ways[LEAVE_RIGHT, low + u]
-        )
+        for way in range(LEAVE_RIGHT + 1):
+            passing = paid.passing[way, blocks.end_set[final, way]]
+            cost = way_cost(paid, block_costs.jumps.priced, way, low + u, passing)
+            value[x] = min(value[x], value[at + way] + cost)
 
 
 @kernel

@@ -4,8 +4,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, column_of, detour_row
+from slicer.sequence.bound.jumps import passing_price
+from slicer.sequence.bound.paid import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    Paid,
+    between,
+    way_cost,
+)
+from slicer.sequence.bound.pair_costs import BlockCosts, column_of, detour_row
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import NONE, Blocks
 
@@ -22,7 +31,7 @@ def add_subgradient(
 ) -> None:
     """Walk the cheapest walk of every block from a start; add to ``subgradient`` how the bound grows with the
     multipliers."""
-    ways = paid.ways
+    priced = block_costs.jumps.priced
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
         final = blocks.state_start[k + 1] - 1
@@ -40,14 +49,16 @@ def add_subgradient(
             if u != NONE:
                 # Going outside and coming back is two steps of the walk, at the same state.
                 for side in range(2):
-                    if value[x] == value[at + side] + ways[LEAVE_LEFT + side, low + u]:
-                        _pay_way(block_costs, paid.source, LEAVE_LEFT + side, low + u, subgradient)
+                    way = LEAVE_LEFT + side
+                    cost = way_cost(paid, priced, way, low + u, paid.passing[way, blocks.end_set[s, side]])
+                    if value[x] == value[at + side] + cost:
+                        _pay_way(blocks, block_costs, paid, s, way, low + u, subgradient)
                         x, u = at + side, NONE
                         break
             m, f, way = _next(blocks, block_costs, paid, value, k, s, x)
             v = 2 * blocks.move_path[m] + f
             if u == NONE:
-                _pay_way(block_costs, paid.source, way, low + v, subgradient)
+                _pay_way(blocks, block_costs, paid, s, way, low + v, subgradient)
             else:
                 _pay_arc(blocks, block_costs, k, u, v, subgradient)
             s, x = blocks.move_to[m], blocks.move_value[m] + f
@@ -55,8 +66,10 @@ def add_subgradient(
         if u != NONE:
             at = blocks.value_start[final]
             for side in range(2):
-                if value[x] == value[at + side] + ways[LEAVE_LEFT + side, low + u]:
-                    _pay_way(block_costs, paid.source, LEAVE_LEFT + side, low + u, subgradient)
+                way = LEAVE_LEFT + side
+                cost = way_cost(paid, priced, way, low + u, paid.passing[way, blocks.end_set[final, side]])
+                if value[x] == value[at + side] + cost:
+                    _pay_way(blocks, block_costs, paid, final, way, low + u, subgradient)
                     break
 
 
@@ -88,7 +101,8 @@ def _next(
                     best, move, flip = cost, m, f
                 continue
             for way in (ENTER_LEFT, ENTER_RIGHT):
-                cost = paid.ways[way, low + v] + w
+                passing = paid.passing[way, blocks.end_set[s, way - ENTER_LEFT]]
+                cost = way_cost(paid, block_costs.jumps.priced, way, low + v, passing) + w
                 if way - ENTER_LEFT != side:
                     cost += block_costs.cross[k]
                 if cost < best:
@@ -98,16 +112,24 @@ def _next(
 
 @inner_kernel
 def _pay_way(
+    blocks: Blocks,
     block_costs: BlockCosts,
-    source: NDArray[np.int32],
+    paid: Paid,
+    s: int,
     way: int,
     at: int,
     subgradient: NDArray[np.float64],
 ) -> None:
+    """Note that state s is left, or entered, by a way."""
     if block_costs.price_at[way, at] >= 0:
         subgradient[block_costs.price_at[way, at]] += block_costs.price_sign[way, at]
-    if source[way, at] >= 0:
-        subgradient[source[way, at]] += 1.0 if way < ENTER_LEFT else -1.0
+    if not block_costs.jumps.priced[way, at]:
+        return
+    down_set = blocks.end_set[s, way & 1]
+    if between(paid, way, at, down_set):
+        sign = 1.0 if way < ENTER_LEFT else -1.0
+        subgradient[paid.source[way, at]] += sign
+        subgradient[passing_price(blocks, block_costs.jumps, way, down_set)] += sign
 
 
 @inner_kernel

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, detour_row
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
+from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import OUTSIDE, Blocks
 
@@ -32,7 +32,7 @@ def bound_through_states(
         value: what ``evaluate`` has filled in.
         by_start: what ``roots`` gives for it.
     """
-    arc, ways, _ = paid
+    arc, priced, passing = paid.arc, block_costs.jumps.priced, paid.passing
     reached = np.empty(len(value))
     for x in range(len(value)):
         reached[x] = np.inf
@@ -50,10 +50,14 @@ def bound_through_states(
         for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
             at, end = blocks.value_start[s], blocks.value_start[s + 1]
             out[s] = np.inf
+            over_first, over_last = blocks.end_set[s]
+            in_left, in_right = passing[ENTER_LEFT, over_first], passing[ENTER_RIGHT, over_last]
             for x in range(at + OUTSIDE, end):
-                u = blocks.value_path[x]
-                reached[at] = min(reached[at], reached[x] + ways[LEAVE_LEFT, low + u])
-                reached[at + 1] = min(reached[at + 1], reached[x] + ways[LEAVE_RIGHT, low + u])
+                u = low + blocks.value_path[x]
+                way = way_cost(paid, priced, LEAVE_LEFT, u, passing[LEAVE_LEFT, over_first])
+                reached[at] = min(reached[at], reached[x] + way)
+                way = way_cost(paid, priced, LEAVE_RIGHT, u, passing[LEAVE_RIGHT, over_last])
+                reached[at + 1] = min(reached[at + 1], reached[x] + way)
             from_left = min(reached[at], reached[at + 1] + block_costs.cross[k])
             from_right = min(reached[at + 1], reached[at] + block_costs.cross[k])
             for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
@@ -62,7 +66,8 @@ def bound_through_states(
                     if not blocks.allowed[low + v]:
                         continue
                     to = blocks.move_value[m] + f
-                    best = min(from_left + ways[ENTER_LEFT, low + v], from_right + ways[ENTER_RIGHT, low + v])
+                    best = from_left + way_cost(paid, priced, ENTER_LEFT, low + v, in_left)
+                    best = min(best, from_right + way_cost(paid, priced, ENTER_RIGHT, low + v, in_right))
                     for x in range(at + OUTSIDE, end):
                         cost = arc[block_costs.arc_start[k] + blocks.value_path[x] * stride + v]
                         detours = detour_row(blocks, block_costs, s, x)

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, apply_multipliers
+from slicer.sequence.bound.paid import Paid
+from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.bound.smoothed_dp import Weights, smoothed_roots, weigh
 from slicer.sequence.bound.smoothed_gradient import add_gradient
@@ -50,14 +51,23 @@ class SmoothedBound:
             False,
             np.empty_like(block_costs.direct),
             np.empty_like(block_costs.ways),
+            np.empty_like(paid.least),
+            np.empty_like(paid.most),
+            np.empty_like(paid.passing),
             np.empty_like(block_costs.detour),
             np.empty_like(block_costs.cross),
             np.empty(values),
             np.empty(values, np.int32),
         )
-        self._shares = Shares(value, np.empty_like(block_costs.direct), np.empty_like(block_costs.ways))
+        self._shares = Shares(
+            value,
+            np.empty_like(block_costs.direct),
+            np.empty_like(block_costs.ways),
+            np.empty_like(block_costs.ways),
+            np.empty_like(paid.passing),
+        )
         self._gradient, self._use = np.empty((2, block_costs.size))
-        self._cut_off = np.isinf(block_costs.direct), np.isinf(block_costs.ways)
+        self._no_travel, self._no_way = np.isinf(block_costs.direct), np.isinf(block_costs.ways)
 
     @property
     def temperature(self) -> float:
@@ -78,14 +88,20 @@ class SmoothedBound:
         temperature = self.temperature
         apply_multipliers(blocks, costs, multipliers, paid)
         charge_visits(blocks, costs, multipliers, paid)
-        least = min(paid.arc.min(), paid.ways.min())
+        least = min(paid.arc.min(), paid.ways.min() + min(0.0, paid.passing.min()))
         weights = self._weights._replace(in_logarithms=bool(least < LEAST * temperature))
-        for cost, weight, nowhere in zip(
-            (paid.arc, paid.ways), (weights.arc, weights.ways), self._cut_off, strict=True
+        for cost, weight in (
+            (paid.arc, weights.arc),
+            (paid.ways, weights.ways),
+            (paid.least, weights.least),
+            (paid.most, weights.most),
+            (paid.passing, weights.passing),
         ):
             np.multiply(cost, -1.0 / temperature, out=weight)
             np.exp(np.clip(weight, -MOST, -LEAST, out=weight), out=weight)
-            weight[nowhere] = 0.0
+        weights.arc[self._no_travel] = 0.0
+        weights.ways[self._no_way] = 0.0
+        weights.most[np.isinf(paid.most)] = 0.0
         weigh(blocks, costs, ends, paid, weights)
         by_start = smoothed_roots(blocks, ends, weights)
         settle_visits(blocks, costs, ends, multipliers, by_start)

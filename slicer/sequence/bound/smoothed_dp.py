@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, detour_row
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
+from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
 from slicer.sequence.bound.pair_dp import Ends, most_steps
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
@@ -39,7 +39,7 @@ class Weights(NamedTuple):
     Attributes:
         temperature: in the unit of the costs.
         in_logarithms: whether all weights are worked out so, as some travels cost too little to be weighed.
-        arc, ways: exp(-cost / T) of what ``Paid`` has by these names.
+        arc, ways, least, most, passing: exp(-cost / T) of what ``Paid`` has by these names.
         detour: float32, the eighth root of the same of ``BlockCosts.detour``: single precision ends at
             exp(-87).
         cross: float64 (b,), exp(-cost / T).
@@ -52,6 +52,9 @@ class Weights(NamedTuple):
     in_logarithms: bool
     arc: NDArray[np.float64]
     ways: NDArray[np.float64]
+    least: NDArray[np.float64]
+    most: NDArray[np.float64]
+    passing: NDArray[np.float64]
     detour: NDArray[np.float32]
     cross: NDArray[np.float64]
     value: NDArray[np.float64]
@@ -61,7 +64,8 @@ class Weights(NamedTuple):
 @kernel
 def weigh(blocks: Blocks, block_costs: BlockCosts, ends: Ends, paid: Paid, weights: Weights) -> None:
     """Fill in ``value`` and ``exponent``, backwards through each block."""
-    _, in_logarithms, arc, ways, detour, cross, value, exponent = weights
+    _, in_logarithms, arc, _, _, _, passing, detour, cross, value, exponent = weights
+    priced = block_costs.jumps.priced
     faint, faint_end = (np.inf, np.inf) if in_logarithms else (FAINT, FAINT_END)
     allowed, steps = blocks.allowed, (blocks.move_path, blocks.move_value)
     rest = np.empty((most_steps(blocks), 2))
@@ -77,10 +81,14 @@ def weigh(blocks: Blocks, block_costs: BlockCosts, ends: Ends, paid: Paid, weigh
             size = blocks.move_start[s + 1] - first
             common = entries(steps, first, value, exponent, onward[:size], rest)
             from_left = from_right = 0.0
+            over_first, over_last = blocks.end_set[s]
+            out_left, out_right = passing[LEAVE_LEFT, over_first], passing[LEAVE_RIGHT, over_last]
+            in_left, in_right = passing[ENTER_LEFT, over_first], passing[ENTER_RIGHT, over_last]
             for j in range(size):
-                v, a, b = low + onward[j], rest[j, 0], rest[j, 1]
-                from_left += ways[ENTER_LEFT, v] * a + ways[ENTER_LEFT, v + 1] * b
-                from_right += ways[ENTER_RIGHT, v] * a + ways[ENTER_RIGHT, v + 1] * b
+                for f in range(2):
+                    v, a = low + onward[j] + f, rest[j, f]
+                    from_left += a * way_weight(weights, priced, ENTER_LEFT, v, in_left)
+                    from_right += a * way_weight(weights, priced, ENTER_RIGHT, v, in_right)
             at, end = blocks.value_start[s], blocks.value_start[s + 1]
             a, b = from_left + cross[k] * from_right, from_right + cross[k] * from_left
             value[at], value[at + 1] = a, b
@@ -95,8 +103,11 @@ def weigh(blocks: Blocks, block_costs: BlockCosts, ends: Ends, paid: Paid, weigh
             for x in range(at + OUTSIDE, end, 2):
                 u = blocks.value_path[x]
                 place = low + u
-                a = left * ways[LEAVE_LEFT, place] + right * ways[LEAVE_RIGHT, place]
-                b = left * ways[LEAVE_LEFT, place + 1] + right * ways[LEAVE_RIGHT, place + 1]
+                for f in range(2):
+                    leave = left * way_weight(weights, priced, LEAVE_LEFT, place + f, out_left)
+                    leave += right * way_weight(weights, priced, LEAVE_RIGHT, place + f, out_right)
+                    value[x + f] = leave
+                a, b = value[x], value[x + 1]
                 row = block_costs.arc_start[k] + u * stride
                 extra = detour_row(blocks, block_costs, s, x)
                 if extra < 0:
@@ -120,6 +131,15 @@ def weigh(blocks: Blocks, block_costs: BlockCosts, ends: Ends, paid: Paid, weigh
                     _put_ends(blocks, block_costs, paid, weights, (k, s, x))
             if greatest < 1.0 / ROOM or greatest > ROOM:
                 _normalise(value[at:end], exponent[at:end], greatest, common)
+
+
+@inner_kernel
+def way_weight(weights: Weights, priced: NDArray[np.bool_], way: int, at: int, passing: float) -> float:
+    """What leaving or entering an oriented toolpath weighs; ``paid.way_cost`` has the same as costs."""
+    weight = weights.ways[way, at]
+    if priced[way, at]:
+        return float(min(weights.least[way, at], max(weight * passing, weights.most[way, at])))
+    return float(weight)
 
 
 @inner_kernel
@@ -214,7 +234,9 @@ def log_outside(
         for f in range(2):
             behind = log_of(weights, blocks.move_value[m] + f)
             for way in range(2):
-                cost = paid.ways[ENTER_LEFT + way, low + 2 * blocks.move_path[m] + f]
+                passing = paid.passing[ENTER_LEFT + way, blocks.end_set[s, way]]
+                at = low + 2 * blocks.move_path[m] + f
+                cost = way_cost(paid, block_costs.jumps.priced, ENTER_LEFT + way, at, passing)
                 if way != side:
                     cost += block_costs.cross[k]
                 total = _log_sum(total, behind - cost / weights.temperature)
@@ -232,7 +254,8 @@ def log_end(
     row = block_costs.arc_start[k] + u * (2 * blocks.path_start[k + 1] - low)
     extra, total = detour_row(blocks, block_costs, s, x), -np.inf
     for side in range(2):
-        cost = paid.ways[LEAVE_LEFT + side, low + u]
+        passing = paid.passing[LEAVE_LEFT + side, blocks.end_set[s, side]]
+        cost = way_cost(paid, block_costs.jumps.priced, LEAVE_LEFT + side, low + u, passing)
         total = _log_sum(total, log_of(weights, blocks.value_start[s] + side) - cost / weights.temperature)
     for m in range(first, blocks.move_start[s + 1]):
         for f in range(2):

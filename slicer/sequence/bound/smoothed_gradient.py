@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.jumps import passing_price
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.bound.smoothed_shares import Shares
 from slicer.sequence.states import Blocks
@@ -34,10 +35,17 @@ def add_gradient(
                 gradient[number] += block_costs.price_sign[way, at] * share
                 use[number] += share
             if source[way, at] >= 0:
-                gradient[source[way, at]] += share if way < ENTER_LEFT else -share
-                use[source[way, at]] += share
+                jumps = shares.jumps[way, at]
+                gradient[source[way, at]] += jumps if way < ENTER_LEFT else -jumps
+                use[source[way, at]] += jumps
             if way >= ENTER_LEFT:
                 _visit(block_costs, at >> 1, share, gradient, use)
+        for s in range(blocks.down_sets):
+            share = shares.passing[way, s]
+            if share > 0.0:
+                number = passing_price(blocks, block_costs.jumps, way, s)
+                gradient[number] += share if way < ENTER_LEFT else -share
+                use[number] += share
     prices = block_costs.pair_start[-1]
     size = (block_costs.visits - prices) // 4
     for k in range(len(blocks.state_start) - 1):

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, detour_row
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, Paid, between, way_cost
+from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
 from slicer.sequence.bound.pair_dp import Ends, most_steps
-from slicer.sequence.bound.smoothed_dp import Weights, entries, log_of, start_of_walk
+from slicer.sequence.bound.smoothed_dp import Weights, entries, log_of, start_of_walk, way_weight
 from slicer.sequence.states import OUTSIDE, Blocks
 
 NEGLIGIBLE = 1e-10
@@ -31,11 +31,15 @@ class Shares(NamedTuple):
         value: float64, those through each value of ``Blocks``.
         arc: float64, those that use each travel, numbered as ``BlockCosts.direct``.
         ways: float64 (4, p), those that use each way of leaving or entering.
+        jumps: float64 (4, p), those of them that are jumps and pay less than the most for it.
+        passing: float64 (4, d), the same by the down-set that is jumped over.
     """
 
     value: NDArray[np.float64]
     arc: NDArray[np.float64]
     ways: NDArray[np.float64]
+    jumps: NDArray[np.float64]
+    passing: NDArray[np.float64]
 
 
 class Room(NamedTuple):
@@ -65,6 +69,8 @@ def share_out(
     share[:] = 0.0
     shares.arc[:] = 0.0
     shares.ways[:] = 0.0
+    shares.jumps[:] = 0.0
+    shares.passing[:] = 0.0
     most = most_steps(blocks)
     room = Room(np.empty(most, np.int64), np.empty((most, 2)), np.empty((most, 2)))
     for k in range(len(blocks.state_start) - 1):
@@ -90,7 +96,7 @@ def _share_state(
 ) -> None:
     """Hand the share of a state's values on to where walks go from there; place is (k, s)."""
     k, s = place
-    value, share, ways = weights.value, shares.value, weights.ways
+    value, share, priced = weights.value, shares.value, block_costs.jumps.priced
     onward, rest, passed = room
     low = 2 * blocks.path_start[k]
     stride = 2 * blocks.path_start[k + 1] - low
@@ -111,14 +117,16 @@ def _share_state(
         whole = log_of(weights, x) if far else 0.0
         part = share[x] / value[x]
         for side in range(2):
+            way, over = LEAVE_LEFT + side, blocks.end_set[s, side]
             if far:
-                cost = paid.ways[LEAVE_LEFT + side, low + u]
+                cost = way_cost(paid, priced, way, low + u, paid.passing[way, over])
                 out = share[x] * np.exp(log_of(weights, at + side) - cost / weights.temperature - whole)
             else:
                 scale = _power(weights.exponent[at + side] - weights.exponent[x])
-                out = part * scale * value[at + side] * ways[LEAVE_LEFT + side, low + u]
+                weight = way_weight(weights, priced, way, low + u, weights.passing[way, over])
+                out = part * scale * value[at + side] * weight
             share[at + side] += out
-            shares.ways[LEAVE_LEFT + side, low + u] += out
+            _use_way(paid, priced, shares, (way, low + u, over), out)
         part *= 0.0 if far else _power(common - weights.exponent[x])
         for j in range(size):
             for f in range(2):
@@ -142,21 +150,35 @@ def _share_state(
         part = share[at + side] / value[at + side]
         part *= 0.0 if far else _power(common - weights.exponent[at + side])
         for way in range(ENTER_LEFT, ENTER_RIGHT + 1):
-            over = way - ENTER_LEFT != side
+            across, over = way - ENTER_LEFT != side, blocks.end_set[s, way - ENTER_LEFT]
             for j in range(size):
                 for f in range(2):
                     v = low + onward[j] + f
                     if far:
-                        cost = paid.ways[way, v] + (block_costs.cross[k] if over else 0.0)
+                        cost = way_cost(paid, priced, way, v, paid.passing[way, over])
+                        cost += block_costs.cross[k] if across else 0.0
                         behind = log_of(weights, blocks.move_value[first + j] + f)
                         w = share[at + side] * np.exp(behind - cost / weights.temperature - whole)
                     else:
-                        w = part * ways[way, v] * rest[j, f] * (weights.cross[k] if over else 1.0)
-                    shares.ways[way, v] += w
+                        w = part * way_weight(weights, priced, way, v, weights.passing[way, over])
+                        w *= rest[j, f] * (weights.cross[k] if across else 1.0)
+                    _use_way(paid, priced, shares, (way, v, over), w)
                     passed[j, f] += w
     for j in range(size):
         for f in range(2):
             share[blocks.move_value[first + j] + f] += passed[j, f]
+
+
+@inner_kernel
+def _use_way(
+    paid: Paid, priced: NDArray[np.bool_], shares: Shares, use: tuple[int, int, int], part: float
+) -> None:
+    """Enter a part of all walks that leaves or enters; use is (way, toolpath, down-set on that side)."""
+    way, at, over = use
+    shares.ways[way, at] += part
+    if priced[way, at] and between(paid, way, at, over):
+        shares.jumps[way, at] += part
+        shares.passing[way, over] += part
 
 
 @inner_kernel

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid, apply_multipliers
+from slicer.sequence.bound.paid import Paid
+from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
 from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
 from slicer.sequence.bound.pair_subgradient import add_subgradient
 from slicer.sequence.states import Blocks

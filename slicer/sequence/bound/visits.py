@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT
-from slicer.sequence.bound.pair_costs import BlockCosts, Paid
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, Paid
+from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import Blocks
 
@@ -27,13 +27,15 @@ def charge_visits(
     visits = block_costs.visits
     if visits == block_costs.visits_end:
         return
-    arc, ways, _ = paid
+    arc = paid.arc
     for k in range(len(blocks.state_start) - 1):
         low, stride = 2 * blocks.path_start[k], 2 * (blocks.path_start[k + 1] - blocks.path_start[k])
         for b in range(stride):
             price = multipliers[visits + ((low + b) >> 1)]
-            ways[ENTER_LEFT, low + b] += price
-            ways[ENTER_RIGHT, low + b] += price
+            for way in (ENTER_LEFT, ENTER_RIGHT):
+                paid.ways[way, low + b] += price
+                paid.least[way, low + b] += price
+                paid.most[way, low + b] += price
         for a in range(stride):
             row = block_costs.arc_start[k] + a * stride
             for b in range(stride):

@@ -37,6 +37,8 @@ class Blocks(NamedTuple):
         allowed: bool, whether a toolpath may be printed so, by the oriented toolpaths (in blocks' numbers,
             counted on through the blocks).
         dense: int64 (s,), the row-major number of each state among the tuples of down-sets.
+        end_set: int32 (s, 2), the down-sets of each state's first and last column, in ``DownSets``' numbers.
+        down_sets: how many there are of all columns.
         home: int32 (c, 2), the first and the last block that has a column.
         column_size: int32 (c,), the number of toolpaths of each column.
         column_start: int32 (c + 1,), the number of those in all columns before each.
@@ -54,6 +56,8 @@ class Blocks(NamedTuple):
     value_path: NDArray[np.int32]
     allowed: NDArray[np.bool_]
     dense: NDArray[np.int64]
+    end_set: NDArray[np.int32]
+    down_sets: int
     home: NDArray[np.int32]
     column_size: NDArray[np.int32]
     column_start: NDArray[np.int32]
@@ -147,7 +151,22 @@ def connect(
         value_path,
         section.allowed[path].ravel(),
         numbers.dense,
+        _end_sets(sets, bounds, numbers.state_start, numbers.dense),
+        int(sets.start[-1]),
         np.minimum(home, len(bounds) - 2).astype(np.int32),
         sets.size,
         column_start,
     )
+
+
+def _end_sets(
+    sets: DownSets, bounds: NDArray[np.int32], state_start: NDArray[np.int32], dense: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """``end_set`` of ``Blocks``."""
+    out = np.empty((len(dense), 2), np.int32)
+    for k, (a, b) in enumerate(pairwise(bounds)):
+        states = slice(state_start[k], state_start[k + 1])
+        behind = prod(int(d) for d in sets.counts[a + 1 : b + 1])
+        out[states, 0] = sets.start[a] + dense[states] // behind
+        out[states, 1] = sets.start[b] + dense[states] % sets.counts[b]
+    return out

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.subgradient_ascent import MOMENTUM, begin_ascent
 from slicer.sequence.problem import least_travel_cost
@@ -43,11 +43,16 @@ def walk(seed: int, objective: Objective, spacing_mm: float = 0.3) -> PairBound:
     return bound_of(Problem.build(segments), objective)
 
 
-def shares(bound: PairBound) -> np.ndarray:
-    """What blocks pay for travels of which they see one end, without the prices at their seams."""
-    costs, at = bound.block_costs, bound.block_costs.price_at
-    price = np.where(at >= 0, costs.price_sign * bound.best[at], 0.0)
-    return bound.paid.ways - price
+def shares(bound: PairBound, way: int, at: int, column: int) -> np.ndarray:
+    """What a block pays for a travel of which it sees one end, without the price at its seam; at each down-set of
+    the column that is jumped over."""
+    costs, paid = bound.block_costs, bound.paid
+    number = costs.price_at[way, at]
+    price = costs.price_sign[way, at] * bound.best[number] if number >= 0 else 0.0
+    passing = paid.passing[way, bound.sets.start[column] : bound.sets.start[column + 1]]
+    if not costs.jumps.priced[way, at]:
+        return np.full(len(passing), paid.ways[way, at] - price)
+    return np.clip(paid.ways[way, at] + passing, paid.least[way, at], paid.most[way, at]) - price
 
 
 @settings(max_examples=100, deadline=None)
@@ -60,7 +65,6 @@ def test_all_blocks_together_pay_no_more_than_a_jump_costs(sheet, seed, most_sta
     assume(blocks.blocks > 1)
     bound.best += np.random.default_rng(seed).normal(0.0, 0.3, len(bound.best))
     bound.use_best_multipliers()
-    paid = shares(bound)
     seams, place = blocks.bounds, {}
     for k in range(blocks.blocks):
         for at in range(2 * blocks.path_start[k], 2 * blocks.path_start[k + 1]):
@@ -74,10 +78,15 @@ def test_all_blocks_together_pay_no_more_than_a_jump_costs(sheet, seed, most_sta
             if not over:
                 continue
             left, right = over[0] - 1, over[-1]
+            nearer, farther = seams[over[0]], seams[over[-1]]
             if a < b:
-                total = paid[LEAVE_RIGHT, place[left, u]] + paid[ENTER_LEFT, place[right, v]]
+                leave = shares(bound, LEAVE_RIGHT, place[left, u], nearer)
+                enter = shares(bound, ENTER_LEFT, place[right, v], farther)
             else:
-                total = paid[LEAVE_LEFT, place[right, u]] + paid[ENTER_RIGHT, place[left, v]]
+                leave = shares(bound, LEAVE_LEFT, place[right, u], farther)
+                enter = shares(bound, ENTER_RIGHT, place[left, v], nearer)
+            # Over one column both know its down-set; of several, each knows that of another one.
+            total = (leave + enter).max() if len(over) == 1 else leave.max() + enter.max()
             total += costs.cross[left + 1 : right].sum()
             d = section.segments[v >> 1, v & 1] - section.segments[u >> 1, 1 - (u & 1)]
             assert total <= least_travel_cost(section.cost_model, d[0], d[1]) + 1e-9
@@ -91,8 +100,8 @@ def test_the_slope_is_that_of_the_bound(seed, objective):
     bound = walk(seed, objective)
     bound.along_subgradients = True
     random = np.random.default_rng(seed)
-    prices = np.zeros(len(bound.best), np.bool_)
-    prices[bound.block_costs.visits_end :] = True
+    at_ends = slice(bound.block_costs.visits_end, bound.block_costs.jumps.passing)
+    by_sets = slice(at_ends.stop, None)
 
     def at(multipliers: np.ndarray) -> tuple[float, np.ndarray]:
         """The bound, and the subgradient that a first step of the ascent goes along."""
@@ -101,19 +110,20 @@ def test_the_slope_is_that_of_the_bound(seed, objective):
         return bound.bound, bound._steps.direction / (1.0 - MOMENTUM)
 
     scale = 0.02 if objective.unit == "s" else 0.05
-    here = bound.best + random.normal(0.0, scale, len(prices))
-    here[prices] -= 10 * scale  # so that jumps are worth their while
+    here = bound.best + random.normal(0.0, scale, len(bound.best))
+    here[at_ends] *= 0.5  # so that jumps are worth their while
     value, slope = at(here)
-    assert np.abs(slope[prices]).max() > 0
+    assert np.abs(slope[at_ends]).max() > 0
+    assert np.abs(slope[by_sets]).max() > 0
     for _ in range(5):
-        direction = random.normal(0.0, 1e-7, len(prices))
+        direction = random.normal(0.0, 1e-7, len(here))
         assert at(here + direction)[0] - value == pytest.approx(float(slope @ direction), abs=1e-11)
 
 
 def test_they_raise_the_bound_in_seconds():
     bound, without = walk(1, PAPER, 0.2), walk(1, PAPER, 0.2)
-    without.block_costs.jumps.most[:] = 0.0
-    without.best[without.block_costs.visits_end :] = np.inf  # then nobody asks where a jump goes
+    costs = without.block_costs
+    costs.jumps.most[costs.jumps.priced] = costs.ways[costs.jumps.priced]  # as if all jumps went farther
     target = solve(Problem.build(bound.section.segments), objective=PAPER, effort="quick").cost
     for one in (bound, without):
         one.improve(target, 40)

@@ -14,7 +14,7 @@ from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.nozzle import POINT
 from slicer.sequence import Problem, solve
-from slicer.sequence.bound.jumps import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
+from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.quasi_newton import QuasiNewton
 from slicer.sequence.bound.smoothed_bound import SmoothedBound
@@ -63,7 +63,14 @@ def smoothed_of(bound: PairBound, temperature: float) -> SmoothedBound:
 def in_logarithms(bound: PairBound, multipliers: np.ndarray, temperature: float) -> float:
     """The same sum without anything clever: what ``pair_dp`` does with the least replaced, value by value."""
     bound._evaluate(multipliers)  # what blocks pay
-    blocks, costs, ends, ways = bound.blocks, bound.block_costs, bound.ends, bound.paid.ways
+    blocks, costs, ends, paid = bound.blocks, bound.block_costs, bound.ends, bound.paid
+
+    def pay(way: int, at: int, s: int) -> float:
+        if not costs.jumps.priced[way, at]:
+            return paid.ways[way, at]
+        leftward = way in (LEAVE_LEFT, ENTER_LEFT)
+        jump = paid.ways[way, at] + paid.passing[way, blocks.end_set[s, 0 if leftward else 1]]
+        return max(paid.least[way, at], min(jump, paid.most[way, at]))
 
     def soft(values: list[float]) -> float:
         least = min(values, default=np.inf)
@@ -91,7 +98,7 @@ def in_logarithms(bound: PairBound, multipliers: np.ndarray, temperature: float)
                         own = ends.last_local[0] if ends.last_home[0] == k else ends.last_local[1]
             else:
                 entries = [
-                    soft([ways[way, low + 2 * blocks.move_path[m] + f] + rest[m, f] for m, f in steps])
+                    soft([pay(way, low + 2 * blocks.move_path[m] + f, s) + rest[m, f] for m, f in steps])
                     for way in (ENTER_LEFT, ENTER_RIGHT)
                 ]
                 outside = [
@@ -103,12 +110,12 @@ def in_logarithms(bound: PairBound, multipliers: np.ndarray, temperature: float)
                 u = blocks.value_path[x]
                 if not blocks.allowed[low + u]:
                     continue
-                sums = [outside[0] + ways[LEAVE_LEFT, low + u], outside[1] + ways[LEAVE_RIGHT, low + u]]
+                sums = [outside[0] + pay(LEAVE_LEFT, low + u, s), outside[1] + pay(LEAVE_RIGHT, low + u, s)]
                 if s == final:
                     sums.append(0.0 if u == own else stays)
                 for m, f in steps:
                     v = 2 * blocks.move_path[m] + f
-                    cost = bound.paid.arc[costs.arc_start[k] + u * stride + v]
+                    cost = paid.arc[costs.arc_start[k] + u * stride + v]
                     if len(costs.detour):
                         row = costs.detour_start[s] + 2 * (end - first) * (x - at - OUTSIDE)
                         cost += costs.detour[row + 2 * (m - first) + f]

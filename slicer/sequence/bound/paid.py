@@ -1,0 +1,55 @@
+"""What blocks of columns pay for travels at some multipliers."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slicer.kernels import inner_kernel
+
+LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
+"""Ways out of a block and into it."""
+
+
+class Paid(NamedTuple):
+    """What blocks pay at some multipliers.
+
+    Attributes:
+        arc: float64, for each travel inside a block, numbered as ``BlockCosts.direct``.
+        ways: float64 (4, p), for each way of leaving or entering, as ``BlockCosts.ways``; for a jump, without
+            what depends on the column that it passes over.
+        least, most: float64 (4, p), no less and no more than these is paid for a jump; infinite for others.
+        passing: float64 (4, d), what is added to a jump at each down-set of the column that it passes over.
+        source: int32 (4, p), the price at the end that a jump leaves: leaving grows with it, entering falls;
+            -1 for others.
+    """
+
+    arc: NDArray[np.float64]
+    ways: NDArray[np.float64]
+    least: NDArray[np.float64]
+    most: NDArray[np.float64]
+    passing: NDArray[np.float64]
+    source: NDArray[np.int32]
+
+
+@inner_kernel
+def way_cost(paid: Paid, priced: NDArray[np.bool_], way: int, at: int, passing: float) -> float:
+    """What a block pays for leaving or entering an oriented toolpath.
+
+    Args:
+        paid: what it pays at some multipliers.
+        priced: as ``Jumps`` has it.
+        way, at: how, and the toolpath in the numbers of all blocks.
+        passing: ``Paid.passing`` of that way at the down-set of the column on that side.
+    """
+    cost = paid.ways[way, at]
+    if priced[way, at]:
+        return float(max(paid.least[way, at], min(cost + passing, paid.most[way, at])))
+    return float(cost)
+
+
+@inner_kernel
+def between(paid: Paid, way: int, at: int, down_set: int) -> bool:
+    """Whether what is paid for a jump over a down-set is neither the least nor the most, and so grows."""
+    cost = paid.ways[way, at] + paid.passing[way, down_set]
+    return bool(paid.least[way, at] < cost < paid.most[way, at])
