@@ -4,6 +4,7 @@ over relaxed states or by a spanning tree where columns have too many.
 They keep to the precedence inside a block of columns, and leave out what joins columns that no block has.
 """
 
+from slicer.sequence.bound.nearby import PACE
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.relaxed_bound import raise_relaxed_bound
 from slicer.sequence.bound.streamed_ascent import climb, open_streamed_bound, raise_streamed_bound
@@ -13,6 +14,7 @@ from slicer.sequence.bound.streamed_states import StateValues
 from slicer.sequence.bound.tree_bound import TreeBound, raise_cheap_bound
 
 __all__ = [
+    "PACE",
     "Layout",
     "PairBound",
     "StateValues",

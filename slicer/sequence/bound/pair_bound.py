@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound.detours import measure_detours, still_there
+from slicer.sequence.bound.ends import Ends, find_ends
+from slicer.sequence.bound.nearby import Climbed, nearby
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
-from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
+from slicer.sequence.bound.pair_dp import evaluate
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
 from slicer.sequence.bound.smoothed_ascent import SmoothedAscent, never
 from slicer.sequence.bound.smoothed_bound import SmoothedBound, nearest
 from slicer.sequence.bound.subgradient_ascent import BEST, Ascent, ascend, begin_ascent
-from slicer.sequence.bound.visits import charge_visits, settle_visits
+from slicer.sequence.bound.visits import by_start, charge_visits
 from slicer.sequence.states import (
     COUNTED,
-    NONE,
     Blocks,
     DownSets,
     Section,
@@ -38,6 +39,8 @@ LEAST_COST = 1e-9
 """The ascent takes a sequence to cost this much at least,"""
 LEAST_OF_MEAN = 0.01
 """and travels to the nearest toolpath this part of others, where they cost less or nothing."""
+LOST = 0.1
+"""The part of the gap by which all states may bring down a bound among some, before all are looked at."""
 
 
 @dataclass(eq=False)
@@ -52,6 +55,8 @@ class PairBound:
         value: float64, the least cost to the end of the block from each value of ``blocks``; that of
             ``best`` after ``use_best_multipliers`` alone, scratch while the bound rises.
         along_subgradients: whether it rises along those, see ``subgradient_ascent``; never over counts.
+        pace: how many toolpaths neighbouring columns are apart at most in the states that the ascent looks
+            at, see ``nearby``; infinite for all states. ``bound`` holds for all in any case.
     """
 
     section: Section
@@ -64,8 +69,10 @@ class PairBound:
     paid: Paid = field(init=False)
     value: NDArray[np.float64] = field(init=False)
     along_subgradients: bool = False
+    pace: float = np.inf
     _ascent: SmoothedAscent | None = None
     _smoothed: SmoothedBound | None = None
+    _climbed: Climbed | None = None
     _steps: Ascent | None = None
 
     def __post_init__(self) -> None:
@@ -106,7 +113,7 @@ class PairBound:
         costs, multipliers = block_costs(section, blocks, visits=bool(counted.any()))
         for c in np.flatnonzero(counted):
             _forbid(section, blocks, costs, int(c))
-        return cls(section, sets, blocks, costs, _ends(section, sets, blocks), multipliers)
+        return cls(section, sets, blocks, costs, find_ends(section, sets, blocks), multipliers)
 
     def start_from(
         self, column: NDArray[np.int32], oriented: NDArray[np.intp], price: NDArray[np.float64]
@@ -123,6 +130,15 @@ class PairBound:
             prices = slice(int(self.block_costs.pair_start[-1]), self.block_costs.visits)
             self.best[prices].reshape(4, -1)[:, oriented] = price
 
+    @property
+    def climbed(self) -> Climbed:
+        """What the ascent looks at."""
+        if self._climbed is None:
+            self._climbed = whole = Climbed(self.blocks, self.block_costs, self.ends)
+            if not self.along_subgradients:
+                self._climbed = nearby(self.section, self.sets, whole, self.pace) or whole
+        return self._climbed
+
     @cached_property
     def sky(self) -> Skylines:
         """The skylines that a search needs; the bound itself is on direct travels unless it sees walls."""
@@ -138,6 +154,7 @@ class PairBound:
                 self.section, self.sets, self.blocks, self.block_costs, self.sky, most
             )
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
+            self._let_go()
 
     def improve(self, target: float, steps: int, should_stop: Callable[[], bool] = never) -> bool:
         """Raise the bound towards ``target``, a cost that some sequence has; True when it cannot rise.
@@ -154,11 +171,19 @@ class PairBound:
         if self.bound >= target or self.block_costs.size == 0:
             return True
         if self._smoothed is None:
-            self._smoothed = SmoothedBound(self.blocks, self.block_costs, self.ends, self.paid, self.value)
+            value = self.value
+            if self.climbed.blocks is not self.blocks:
+                value = np.empty(self.climbed.blocks.value_start[-1])
+            self._smoothed = SmoothedBound(*self.climbed, self.paid, value)
         at_rest = self._ascent.climb(self._smoothed, target, steps, should_stop)
         bound = self._evaluate(self._ascent.multipliers)
         if bound > self.bound:
             self.bound, self.best = bound, self._ascent.multipliers
+        if self.climbed.blocks is not self.blocks:
+            nearby_bound = self._smoothed.evaluate(self._ascent.multipliers)
+            if at_rest or nearby_bound - bound > LOST * (target - bound):
+                self.pace, at_rest = np.inf, False
+                self._let_go()
         return at_rest or self.bound >= target
 
     def _follow_subgradients(self, target: float, steps: int) -> bool:
@@ -182,7 +207,7 @@ class PairBound:
         """Drop the smoothed bound, which takes as much memory as all else and is of these blocks alone."""
         if self._ascent is not None:
             self._ascent.leave()
-        self._smoothed = None
+        self._smoothed = self._climbed = None
 
     def _evaluate(self, multipliers: NDArray[np.float64]) -> float:
         """The bound at some multipliers, with what is paid there and the values."""
@@ -193,9 +218,7 @@ class PairBound:
 
     def _by_start(self, multipliers: NDArray[np.float64]) -> NDArray[np.float64]:
         """The bound on all sequences that begin with each start, after ``evaluate``."""
-        out = roots(self.blocks, self.ends, self.value)
-        settle_visits(self.blocks, self.block_costs, self.ends, multipliers, out)
-        return out
+        return by_start(self.blocks, self.block_costs, self.ends, multipliers, self.value)
 
     def fix_states(self, cut: float) -> None:
         """Leave out the states that no sequence below ``cut`` passes through.
@@ -219,7 +242,7 @@ class PairBound:
         before, self.blocks = self.blocks, connect(self.section, self.sets, self.blocks.bounds, among)
         start, detour = still_there(before, self.block_costs, self.blocks)
         self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
-        self.ends = _ends(self.section, self.sets, self.blocks)
+        self.ends = find_ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
         self._let_go()
 
@@ -233,41 +256,3 @@ def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None
         travels = costs.direct[costs.arc_start[k] : costs.arc_start[k + 1]].reshape(stride, stride)
         own = slice(low, low + len(never))
         travels[own, own][never] = np.inf
-
-
-def _ends(section: Section, sets: DownSets, blocks: Blocks) -> Ends:
-    """Find the values of all starts, and the last toolpath in the numbers of its blocks."""
-    starts, values = [], []
-    for u in section.starts:
-        home = blocks.home[section.column[u >> 1]]
-        at = [_first_step(section, sets, blocks, int(k), int(u) >> 1) for k in home]
-        if NONE not in at:
-            starts.append(u)
-            values.append([blocks.move_value[e] + (u & 1) for e in at])
-    last_home = np.full(2, NONE, np.int32)
-    last_local = np.full(2, NONE, np.int32)
-    if section.last != NONE:
-        s = section.last >> 1
-        last_home[:] = blocks.home[section.column[s]]
-        for end in range(2):
-            last_local[end] = 2 * _local(section, sets, blocks, int(last_home[end]), s) + (section.last & 1)
-    return Ends(
-        np.array(starts, np.int32),
-        np.array(values, np.int32),
-        blocks.home[section.column[np.array(starts, np.int32) >> 1]],
-        last_home,
-        last_local,
-    )
-
-
-def _first_step(section: Section, sets: DownSets, blocks: Blocks, k: int, s: int) -> int:
-    """The step of block k from nothing to toolpath s, or ``NONE``."""
-    empty = blocks.state_start[k]
-    begin, end = blocks.move_start[empty], blocks.move_start[empty + 1]
-    at = np.flatnonzero(blocks.move_path[begin:end] == _local(section, sets, blocks, k, s))
-    return int(begin + at[0]) if len(at) else NONE
-
-
-def _local(section: Section, sets: DownSets, blocks: Blocks, k: int, s: int) -> int:
-    """The number of toolpath s in block k."""
-    return int(sets.local[s] + sets.size[blocks.bounds[k] : section.column[s]].sum())

@@ -4,34 +4,14 @@ An exact dynamic programme over the states of every block, backwards: the value 
 nozzle is what printing the rest of the block costs at least.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
+from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
 from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
-
-
-class Ends(NamedTuple):
-    """Where the walks of all blocks begin and end.
-
-    Attributes:
-        starts: int32 (k,), the oriented toolpaths to begin with, as far as the blocks have them.
-        start_value: int32 (k, 2), for each of them, its value in the first and the last
-            block that has its column.
-        start_home: int32 (k, 2), those blocks.
-        last_home: int32 (2,), the first and last block of the last toolpath; (NONE, NONE) for a free end.
-        last_local: int32 (2,), the last oriented toolpath in the numbers of those blocks.
-    """
-
-    starts: NDArray[np.int32]
-    start_value: NDArray[np.int32]
-    start_home: NDArray[np.int32]
-    last_home: NDArray[np.int32]
-    last_local: NDArray[np.int32]
 
 
 @kernel

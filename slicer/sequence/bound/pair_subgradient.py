@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
+from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.jumps import passing_price
 from slicer.sequence.bound.paid import (
     ENTER_LEFT,
@@ -15,7 +16,6 @@ from slicer.sequence.bound.paid import (
     way_cost,
 )
 from slicer.sequence.bound.pair_costs import BlockCosts, column_of, detour_row
-from slicer.sequence.bound.pair_dp import Ends
 from slicer.sequence.states import NONE, Blocks
 
 

@@ -6,6 +6,7 @@ relaxed as little as the effort allows (``states.relaxed_sets``), and visits hav
 
 import numpy as np
 
+from slicer.sequence.bound.nearby import PACE
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.tree_bound import raise_tree_bound
 from slicer.sequence.problem import Search
@@ -16,6 +17,8 @@ ARCS = {"quick": 200_000_000, "default": 3_000_000_000, "high": 20_000_000_000}
 STEPS = {"quick": 6, "default": 12, "high": 40}
 """Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
 MOST_STEPS = 100
+COUNTED_PACE = 40.0
+"""``PACE`` where steep tiles are printed one after the other."""
 AT_ONCE = 6
 """Steps between two evaluations of what they have come to."""
 STRETCH = 4
@@ -52,10 +55,16 @@ def _raise_by_counts(search: Search) -> bool:
     if LEAST_STEPS * arcs > STRETCH * most:
         return False
     bound = PairBound.over(section, sets, cover(sets))
-    left = max(LEAST_STEPS, min(MOST_STEPS, most // max(1, bound.blocks.arcs)))
-    while left > 0 and not search.proved and not search.should_stop():
-        at_rest = bound.improve(search.cost, min(left, AT_ONCE), search.should_stop)
-        left -= AT_ONCE
+    bound.pace = PACE if sets.complete else COUNTED_PACE
+    done = looked_at = 0
+    while done < MOST_STEPS and not search.proved and not search.should_stop():
+        arcs = bound.climbed.blocks.arcs
+        left = max((most - looked_at) // max(1, arcs), LEAST_STEPS - done)
+        if left <= 0:
+            break
+        steps = int(min(left, AT_ONCE))
+        at_rest = bound.improve(search.cost, steps, search.should_stop)
+        done, looked_at = done + steps, looked_at + steps * arcs
         search.raise_bound_on_all(bound.bound)
         search.report("bound")
         if at_rest:

@@ -5,13 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
-from slicer.sequence.bound.pair_dp import Ends
+from slicer.sequence.bound.pair_dp import evaluate
 from slicer.sequence.bound.smoothed_dp import Weights, smoothed_roots, weigh
 from slicer.sequence.bound.smoothed_gradient import add_gradient
 from slicer.sequence.bound.smoothed_shares import Shares, share_out
-from slicer.sequence.bound.visits import charge_visits, settle_visits, share_visits_at_ends
+from slicer.sequence.bound.visits import by_start, charge_visits, settle_visits, share_visits_at_ends
 from slicer.sequence.states import Blocks
 
 MOST = 700.0
@@ -82,6 +83,12 @@ class SmoothedBound:
         np.exp(np.maximum(detour, np.float32(-MOST_DETOUR), out=detour), out=detour)
         np.exp(self._costs.cross * (-1.0 / temperature), out=self._weights.cross)
 
+    def evaluate(self, multipliers: NDArray[np.float64]) -> float:
+        """The bound itself, over the same blocks; ``paid`` must be of these multipliers."""
+        evaluate(self._blocks, self._costs, self._ends, self._paid, self._shares.value)
+        bounds = by_start(self._blocks, self._costs, self._ends, multipliers, self._shares.value)
+        return float(bounds.min())
+
     def at(self, multipliers: NDArray[np.float64]) -> Smoothed:
         """Its value and its gradient, until the next call; minus infinity where prices are too far off."""
         blocks, costs, ends, paid = self._blocks, self._costs, self._ends, self._paid
@@ -103,14 +110,14 @@ class SmoothedBound:
         weights.ways[self._no_way] = 0.0
         weights.most[np.isinf(paid.most)] = 0.0
         weigh(blocks, costs, ends, paid, weights)
-        by_start = smoothed_roots(blocks, ends, weights)
-        settle_visits(blocks, costs, ends, multipliers, by_start)
-        least = by_start.min()
+        roots = smoothed_roots(blocks, ends, weights)
+        settle_visits(blocks, costs, ends, multipliers, roots)
+        least = roots.min()
         gradient, use = self._gradient, self._use
         gradient[:] = use[:] = 0.0
         if not np.isfinite(least):
             return Smoothed(-np.inf, gradient, use)
-        start_share = np.exp((least - by_start) / temperature)
+        start_share = np.exp((least - roots) / temperature)
         total = start_share.sum()
         start_share /= total
         share_out(blocks, costs, ends, paid, weights, start_share, self._shares)

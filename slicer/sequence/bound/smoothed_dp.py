@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
+from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
 from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
-from slicer.sequence.bound.pair_dp import Ends, most_steps
+from slicer.sequence.bound.pair_dp import most_steps
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
 LOG_2 = log(2.0)

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import kernel
+from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
-from slicer.sequence.bound.pair_dp import Ends, evaluate, roots
+from slicer.sequence.bound.pair_dp import evaluate, roots
 from slicer.sequence.bound.pair_subgradient import add_subgradient
 from slicer.sequence.states import Blocks
 

@@ -54,8 +54,7 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
     for steps, successors in passes[search.effort]:
         if successors == 0:
             if complete:  # else it would bound nothing but the corridor
-                steps = max(1, min(steps, MOST_ARCS // max(1, bound.blocks.arcs)))
-                raise_bound(search, bound, budget, steps, complete=complete)
+                raise_bound(search, bound, budget, steps, complete=complete, most_arcs=MOST_ARCS)
             break
         affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slicer.sequence.bound import PairBound
+from slicer.sequence.bound import PACE, PairBound
 from slicer.sequence.layered.layered_search import LayeredSearch, search_layers
 from slicer.sequence.layered.windows import window_search
 from slicer.sequence.layered.work_budget import WorkBudget
@@ -28,6 +28,7 @@ def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, boo
         return None
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
     bound.see_walls(LONG * search.cost / search.problem.n)
+    bound.pace = PACE
     return bound, corridor.complete
 
 
