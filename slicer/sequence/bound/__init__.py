@@ -11,6 +11,7 @@ from slicer.sequence.bound.streamed_ascent import climb, open_streamed_bound, ra
 from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.bound.streamed_columns import Layout
 from slicer.sequence.bound.streamed_states import StateValues
+from slicer.sequence.bound.subgradient_ascent import step_lengths
 from slicer.sequence.bound.tree_bound import TreeBound, raise_cheap_bound
 
 __all__ = [
@@ -25,4 +26,5 @@ __all__ = [
     "raise_cheap_bound",
     "raise_relaxed_bound",
     "raise_streamed_bound",
+    "step_lengths",
 ]

@@ -1,10 +1,9 @@
 """The column-pair bound: a lower bound on the cost of every sequence, and an estimate that guides a search.
 
 See ``states.blocks`` for the states, ``pair_costs`` for who pays what, ``pair_dp`` for what the blocks then
-cost, and ``smoothed_ascent`` and ``subgradient_ascent`` for how the multipliers are found.
+cost, and ``subgradient_ascent`` for how the multipliers are found.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -18,9 +17,7 @@ from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import evaluate
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
-from slicer.sequence.bound.smoothed_ascent import SmoothedAscent, never
-from slicer.sequence.bound.smoothed_bound import SmoothedBound, nearest
-from slicer.sequence.bound.subgradient_ascent import BEST, Ascent, ascend, begin_ascent
+from slicer.sequence.bound.subgradient_ascent import Ascent, ascend, begin_ascent
 from slicer.sequence.bound.visits import by_start, charge_visits
 from slicer.sequence.states import (
     COUNTED,
@@ -36,9 +33,7 @@ from slicer.sequence.states import (
 
 RELATIVE_EPS = 1e-9
 LEAST_COST = 1e-9
-"""The ascent takes a sequence to cost this much at least,"""
-LEAST_OF_MEAN = 0.01
-"""and travels to the nearest toolpath this part of others, where they cost less or nothing."""
+"""The ascent takes a sequence to cost this much at least."""
 LOST = 0.1
 """The part of the gap by which all states may bring down a bound among some, before all are looked at."""
 
@@ -54,7 +49,6 @@ class PairBound:
         paid: what the blocks pay.
         value: float64, the least cost to the end of the block from each value of ``blocks``; that of
             ``best`` after ``use_best_multipliers`` alone, scratch while the bound rises.
-        along_subgradients: whether it rises along those, see ``subgradient_ascent``; never over counts.
         pace: how many toolpaths neighbouring columns are apart at most in the states that the ascent looks
             at, see ``nearby``; infinite for all states. ``bound`` holds for all in any case.
     """
@@ -68,12 +62,9 @@ class PairBound:
     bound: float = -np.inf
     paid: Paid = field(init=False)
     value: NDArray[np.float64] = field(init=False)
-    along_subgradients: bool = False
     pace: float = np.inf
-    _ascent: SmoothedAscent | None = None
-    _smoothed: SmoothedBound | None = None
+    _ascent: Ascent | None = None
     _climbed: Climbed | None = None
-    _steps: Ascent | None = None
 
     def __post_init__(self) -> None:
         self.paid = Paid(
@@ -134,9 +125,8 @@ class PairBound:
     def climbed(self) -> Climbed:
         """What the ascent looks at."""
         if self._climbed is None:
-            self._climbed = whole = Climbed(self.blocks, self.block_costs, self.ends)
-            if not self.along_subgradients:
-                self._climbed = nearby(self.section, self.sets, whole, self.pace) or whole
+            whole = Climbed(self.blocks, self.block_costs, self.ends)
+            self._climbed = nearby(self.section, self.sets, whole, self.pace) or whole
         return self._climbed
 
     @cached_property
@@ -154,60 +144,48 @@ class PairBound:
                 self.section, self.sets, self.blocks, self.block_costs, self.sky, most
             )
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
-            self._let_go()
+            self._climbed = None
 
-    def improve(self, target: float, steps: int, should_stop: Callable[[], bool] = never) -> bool:
-        """Raise the bound towards ``target``, a cost that some sequence has; True when it cannot rise.
+    def improve(self, target: float, lengths: NDArray[np.float64]) -> bool:
+        """Raise the bound by steps of these lengths, see ``step_lengths``; True when it cannot rise above.
 
-        Steps along subgradients are as short as a look at the bound, and do not ask whether to stop.
+        Args:
+            target: a cost that some sequence has.
+            lengths: float64 (k,), as parts of that. Between two steps it is not asked whether to stop.
         """
-        if self.along_subgradients:
-            return self._follow_subgradients(target, steps)
         if self._ascent is None:
-            self.bound = self._evaluate(self.best)
-            mean = max(self.bound, 0.5 * target, LEAST_COST) / max(1, self.section.n)
-            least = max(nearest(self.blocks, self.block_costs), LEAST_OF_MEAN * mean)
-            self._ascent = SmoothedAscent(self.best, least, mean)
-        if self.bound >= target or self.block_costs.size == 0:
-            return True
-        if self._smoothed is None:
-            value = self.value
-            if self.climbed.blocks is not self.blocks:
-                value = np.empty(self.climbed.blocks.value_start[-1])
-            self._smoothed = SmoothedBound(*self.climbed, self.paid, value)
-        at_rest = self._ascent.climb(self._smoothed, target, steps, should_stop)
-        bound = self._evaluate(self._ascent.multipliers)
+            self._ascent = begin_ascent(self.best)
+        blocks, costs, ends = self.climbed
+        whole = blocks is self.blocks
+        far = max(0.0, -self.bound) if np.isfinite(self.bound) else 0.0  # from where it should be at least
+        value = self.value if whole else np.empty(blocks.value_start[-1])
+        scaled = (max(target, LEAST_COST) + far) * lengths
+        at_rest = ascend(blocks, costs, ends, self._ascent, self.paid, value, scaled)
+        found = float(self._ascent.bound[0])
+        bound = found if whole else self._evaluate(self._ascent.best)
         if bound > self.bound:
-            self.bound, self.best = bound, self._ascent.multipliers
-        if self.climbed.blocks is not self.blocks:
-            nearby_bound = self._smoothed.evaluate(self._ascent.multipliers)
-            if at_rest or nearby_bound - bound > LOST * (target - bound):
-                self.pace, at_rest = np.inf, False
-                self._let_go()
+            self.bound, self.best = bound, self._ascent.best.copy()
+        if not whole and (at_rest or found - bound > LOST * (target - bound)):
+            self._widen()
+            return self.bound >= target
         return at_rest or self.bound >= target
 
-    def _follow_subgradients(self, target: float, steps: int) -> bool:
-        if self._steps is None:
-            self._steps = begin_ascent(self.best)
-        at_rest = ascend(
-            self.blocks, self.block_costs, self.ends, self._steps, self.paid, self.value, target, steps
-        )
-        self.best, self.bound = self._steps.best, float(self._steps.memory[BEST])
-        return at_rest
+    def _widen(self) -> None:
+        """Let the ascent look at states of columns that are farther apart."""
+        self.pace *= 2.0
+        self._climbed = None
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Let the ascent begin anew at the best multipliers."""
+        if self._ascent is not None:
+            self._ascent.multipliers[:] = self._ascent.best[:] = self.best
+            self._ascent.bound[0] = -np.inf
 
     def use_best_multipliers(self) -> None:
-        """Fill ``paid`` and ``value`` from the best multipliers; the ascent may go on."""
-        self._let_go()
+        """Fill ``paid`` and ``value`` from the best multipliers; the ascent may go on, from these."""
         self.bound = self._evaluate(self.best)
-        if self._steps is not None:  # along subgradients it goes on from here
-            self._steps.multipliers[:] = self.best
-            self._steps.memory[BEST] = self.bound
-
-    def _let_go(self) -> None:
-        """Drop the smoothed bound, which takes as much memory as all else and is of these blocks alone."""
-        if self._ascent is not None:
-            self._ascent.leave()
-        self._smoothed = self._climbed = None
+        self._go_on()
 
     def _evaluate(self, multipliers: NDArray[np.float64]) -> float:
         """The bound at some multipliers, with what is paid there and the values."""
@@ -244,7 +222,7 @@ class PairBound:
         self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
         self.ends = find_ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
-        self._let_go()
+        self._climbed = None
 
 
 def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None:

@@ -16,6 +16,7 @@ from slicer.sequence.bound.paid import (
     way_cost,
 )
 from slicer.sequence.bound.pair_costs import BlockCosts, column_of, detour_row
+from slicer.sequence.bound.visits import settle_in_subgradient
 from slicer.sequence.states import NONE, Blocks
 
 
@@ -32,6 +33,7 @@ def add_subgradient(
     """Walk the cheapest walk of every block from a start; add to ``subgradient`` how the bound grows with the
     multipliers."""
     priced = block_costs.jumps.priced
+    settle_in_subgradient(blocks, block_costs, ends, start, subgradient)
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
         final = blocks.state_start[k + 1] - 1
@@ -61,6 +63,8 @@ def add_subgradient(
                 _pay_way(blocks, block_costs, paid, s, way, low + v, subgradient)
             else:
                 _pay_arc(blocks, block_costs, k, u, v, subgradient)
+            if block_costs.visits < block_costs.visits_end:
+                subgradient[block_costs.visits + ((low + v) >> 1)] += 1.0
             s, x = blocks.move_to[m], blocks.move_value[m] + f
         u = blocks.value_path[x]
         if u != NONE:

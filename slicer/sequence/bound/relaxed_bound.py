@@ -8,15 +8,16 @@ import numpy as np
 
 from slicer.sequence.bound.nearby import PACE
 from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.bound.subgradient_ascent import step_lengths
 from slicer.sequence.bound.tree_bound import raise_tree_bound
 from slicer.sequence.problem import Search
 from slicer.sequence.states import Section, cover, relaxed_sets
 
-ARCS = {"quick": 200_000_000, "default": 3_000_000_000, "high": 20_000_000_000}
-"""Travels looked at in all steps, at about 2 ns each."""
-STEPS = {"quick": 6, "default": 12, "high": 40}
+ARCS = {"quick": 600_000_000, "default": 10_000_000_000, "high": 60_000_000_000}
+"""Travels looked at in all steps, at about 0.5 ns each."""
+STEPS = {"quick": 20, "default": 40, "high": 100}
 """Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
-MOST_STEPS = 100
+MOST_STEPS = 200
 COUNTED_PACE = 40.0
 """``PACE`` where steep tiles are printed one after the other."""
 AT_ONCE = 6
@@ -56,15 +57,12 @@ def _raise_by_counts(search: Search) -> bool:
         return False
     bound = PairBound.over(section, sets, cover(sets))
     bound.pace = PACE if sets.complete else COUNTED_PACE
-    done = looked_at = 0
-    while done < MOST_STEPS and not search.proved and not search.should_stop():
-        arcs = bound.climbed.blocks.arcs
-        left = max((most - looked_at) // max(1, arcs), LEAST_STEPS - done)
-        if left <= 0:
-            break
-        steps = int(min(left, AT_ONCE))
-        at_rest = bound.improve(search.cost, steps, search.should_stop)
-        done, looked_at = done + steps, looked_at + steps * arcs
+    steps = int(np.clip(most // max(1, bound.climbed.blocks.arcs), LEAST_STEPS, MOST_STEPS))
+    lengths, done, looked_at = step_lengths(steps), 0, 0
+    while done < steps and looked_at < most and not search.proved and not search.should_stop():
+        looked_at += AT_ONCE * bound.climbed.blocks.arcs
+        at_rest = bound.improve(search.cost, lengths[done : done + AT_ONCE])
+        done += AT_ONCE
         search.raise_bound_on_all(bound.bound)
         search.report("bound")
         if at_rest:

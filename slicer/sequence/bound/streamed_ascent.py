@@ -7,7 +7,9 @@ states is the one that counts. Where it comes out lower, the ascent goes on in a
 
 import numpy as np
 
+from slicer.sequence.bound.nearby import PACE
 from slicer.sequence.bound.streamed_bound import EVERYTHING, StreamedBound
+from slicer.sequence.bound.subgradient_ascent import step_lengths
 from slicer.sequence.problem import Search
 from slicer.sequence.states import Section, all_down_sets, extent, join_tied_columns
 
@@ -21,16 +23,8 @@ MOST_STEPS = {"quick": 30, "default": 150, "high": 400}
 LEAST_STEPS = 4
 STRETCH = 4
 """One look at all states may see so many times as many travels."""
-FIRST_LENGTH, LAST_LENGTH = 0.16, 0.0008
-"""Of steps, as parts of the cost; from one to the other they shrink by the same factor each.
-
-Of 20x20 tiles, whose optimum is proved, 40 such steps leave 0.26 %, 100 leave 0.15 %, and 120 of Polyak's
-towards the optimum 0.6 %.
-"""
-AGAIN_LENGTH, AGAIN_STEPS = 0.01, 20
-"""The first step, and how many, where the prices are good ones but for a few columns."""
-PACE = 28.0
-"""How many toolpaths, on average, a column may be ahead of its neighbour in the states that steps look at."""
+AGAIN_STEPS = 20
+"""How many, where the prices are good ones but for a few columns."""
 TOLERANCE = 3e-3
 """The part of the cost by which all states may bring the bound down before the corridor is too narrow."""
 MOST_ROUNDS = 3
@@ -69,12 +63,12 @@ def climb(search: Search, bound: StreamedBound, *, again: bool = False) -> bool:
 
     It is left at its best prices, in the corridor. With ``again`` it begins near those and takes few steps.
     """
-    first, most = (AGAIN_LENGTH, AGAIN_STEPS) if again else (FIRST_LENGTH, MOST_STEPS[search.effort])
+    most = AGAIN_STEPS if again else MOST_STEPS[search.effort]
     pace = PACE * bound.columns / search.problem.n
     for _ in range(MOST_ROUNDS):
         bound.look_at(pace)
         steps = int(np.clip(ARCS[search.effort] // bound.arcs, LEAST_STEPS, most))
-        for share in np.geomspace(first, LAST_LENGTH, steps):
+        for share in step_lengths(steps, again=again):
             far = (
                 max(0.0, -bound.bound) if np.isfinite(bound.bound) else 0.0
             )  # from where it should be at least

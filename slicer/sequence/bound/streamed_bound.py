@@ -18,6 +18,7 @@ from slicer.sequence.bound.streamed_columns import Layout
 from slicer.sequence.bound.streamed_dp import Values, evaluate_pair
 from slicer.sequence.bound.streamed_states import PairStates, StateValues, pair_states, room_for
 from slicer.sequence.bound.streamed_subgradient import add_pair_subgradient
+from slicer.sequence.bound.subgradient_ascent import MOMENTUM
 from slicer.sequence.states import (
     NONE,
     DownSets,
@@ -28,7 +29,6 @@ from slicer.sequence.states import (
     set_sizes,
 )
 
-MOMENTUM = 0.8
 EVERYTHING = 1.0
 MOST_KEPT = 400_000_000
 """Values of all pairs that are held at once, at 4 bytes."""

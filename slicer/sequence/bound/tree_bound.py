@@ -17,7 +17,6 @@ import shapely
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.bound.subgradient_ascent import GAIN, PATIENCE, SHRINK
 from slicer.sequence.problem import CostModel, Problem, Search, least_travel_cost, leg_cost, realizer
 
 STEPS = {"quick": 100, "default": 300, "high": 1_000}
@@ -32,6 +31,8 @@ NEARLY = 1.2
 so long that the bound hardly rises (10x10_s1, greedy: 37.0 s after 100 steps, against 40.2)."""
 FIRST_STEP = 0.2
 MOMENTUM = 0.7
+SHRINK, PATIENCE, GAIN = 0.7, 15, 2e-3
+"""Steps become shorter after so many that gain less than this part of the remaining gap."""
 REACH = 4.0
 """Travels are listed up to so many times the distance between endpoints on average,"""
 MOST_LISTED = 40

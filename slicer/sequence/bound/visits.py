@@ -77,23 +77,18 @@ def settle_visits(
             by_start[t] += multipliers[visits + _place(blocks, k, ends.starts[t] >> 1)]
 
 
-@bare_kernel
-def share_visits_at_ends(
-    blocks: Blocks,
-    block_costs: BlockCosts,
-    ends: Ends,
-    start_share: NDArray[np.float64],
-    gradient: NDArray[np.float64],
+@inner_kernel
+def settle_in_subgradient(
+    blocks: Blocks, block_costs: BlockCosts, ends: Ends, start: int, subgradient: NDArray[np.float64]
 ) -> None:
-    """Enter what ``settle_visits`` does into a gradient, for starts that each have a share of all walks."""
+    """Enter what ``settle_visits`` does into a subgradient, for a start."""
     visits = block_costs.visits
     if visits == block_costs.visits_end:
         return
     for at in range(visits, block_costs.visits_end):
-        gradient[at] -= 1.0
-    for t in range(len(start_share)):
-        for k in range(ends.start_home[t, 0], ends.start_home[t, 1] + 1):
-            gradient[visits + _place(blocks, k, ends.starts[t] >> 1)] += start_share[t]
+        subgradient[at] -= 1.0
+    for k in range(ends.start_home[start, 0], ends.start_home[start, 1] + 1):
+        subgradient[visits + _place(blocks, k, ends.starts[start] >> 1)] += 1.0
 
 
 @inner_kernel

@@ -20,10 +20,10 @@ PASSES = {
     "high": ((10, 2_500), (40, 50_000), (100, 250_000)),
 }
 """Steps of the bound, and the successors of a layer in the search after them."""
-ROUTED_PASSES = PASSES | {"default": ((20, 70_000), (44, 0))}
+ROUTED_PASSES = PASSES | {"default": ((100, 70_000), (100, 0))}
 """The same where states know walls: there a search costs more than steps, and after some of them a better
 bound leads it no better. In the last pass the bound rises and nothing is searched."""
-MOST_ARCS = 500_000_000
+MOST_ARCS = 1_500_000_000
 """Travels that such a pass looks at."""
 MOST_GENERATED = 100_000_000
 """Successors of all layers of a search."""

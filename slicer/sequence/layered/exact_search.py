@@ -35,7 +35,7 @@ STANDSTILL = 0.1
 """A bound that rises by less than this part of the gap in a round has come as far as it pays."""
 FULL = 12
 """That search is so many times wider than it could be if all its layers were full."""
-ROUNDS = ((10, 50), (20, 100), (30, 500), (40, 1_000), (50, 2_000), (60, 5_000))
+ROUNDS = ((30, 50), (30, 100), (40, 500), (60, 1_000), (80, 2_000), (100, 5_000))
 """Steps of the bound and width of the search in each round; later ones double the width."""
 
 
@@ -58,7 +58,6 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
     if opened is None:
         return raise_relaxed_bound(search)
     bound, complete = opened
-    bound.along_subgradients = not search.objective.routed
     if known is not None and complete:
         bound.start_from(known.column, known.oriented, known.best)
         bound.use_best_multipliers()

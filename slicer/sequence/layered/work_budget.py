@@ -4,18 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slicer.sequence.bound import PairBound
+from slicer.sequence.bound import PairBound, step_lengths
 from slicer.sequence.layered.layered_search import LayeredSearch
 from slicer.sequence.problem import Search
 
-ARCS_PER_NODE = 35
-"""So many arcs of the bound are looked at in the time in which a search generates one node,"""
-ARCS_ALONG_SUBGRADIENTS = 60
-"""or so many where the bound rises along subgradients."""
+ARCS_PER_NODE = 60
+"""So many arcs of the bound are looked at in the time in which a search generates one node."""
 NO_LIMIT = int(np.iinfo(np.int64).max)
 MOST_BETWEEN = 300_000_000
-"""Arcs of the bound that are looked at between two evaluations of it, in ten steps at most; along
-subgradients, between two looks at the clock."""
+"""Arcs of the bound that are looked at between two looks at the clock, in ten steps at most."""
 
 
 @dataclass
@@ -47,14 +44,14 @@ def raise_bound(
 
     With ``most_arcs`` it ends once steps have looked at so many travels.
     """
-    per_node = ARCS_ALONG_SUBGRADIENTS if bound.along_subgradients else ARCS_PER_NODE
+    lengths = step_lengths(steps, again=bound.bound > -np.inf)
     done = looked_at = 0
     while done < steps and looked_at < most_arcs:
         arcs = bound.climbed.blocks.arcs
         count = max(1, min(10, min(MOST_BETWEEN, most_arcs - looked_at) // max(1, arcs), steps - done))
+        budget.spent += count * arcs // ARCS_PER_NODE
+        at_rest = bound.improve(search.cost, lengths[done : done + count])
         done, looked_at = done + count, looked_at + count * arcs
-        budget.spent += count * arcs // per_node
-        at_rest = bound.improve(search.cost, count, search.should_stop)
         if complete:
             search.raise_bound(bound.bound)
             search.report("bound")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from slicer.nozzle import POINT
-from slicer.sequence.bound import PairBound
+from slicer.sequence.bound import PairBound, step_lengths
 from slicer.sequence.layered import (
     doubled,
     drop_dominated,
@@ -43,7 +43,7 @@ def rehearse() -> None:
     section = Section.whole(problem, objective)
     sets = down_sets(section, 100)
     bound = PairBound.over(section, sets, cover(sets))
-    bound.improve(1e3, 1)
+    bound.improve(1e3, step_lengths(1))
     bound.use_best_multipliers()
     bound.fix_states(1e9)
 
