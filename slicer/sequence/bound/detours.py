@@ -39,18 +39,27 @@ class Travels(NamedTuple):
     most: float
 
 
-def measure_detours(
-    section: Section, sets: DownSets, blocks: Blocks, block_costs: BlockCosts, sky: Skylines, most: float
-) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """``detour_start`` and ``detour`` of ``BlockCosts``: for each end of a state, two for each of its steps.
+class Measured(NamedTuple):
+    """Whose detours are measured: which states', bool (s,), and what a travel costs directly at most."""
 
-    They are 0 where a travel costs more than ``most`` directly.
-    """
-    start = _rows(blocks)
+    states: NDArray[np.bool_]
+    most: float
+
+
+def measure_detours(
+    section: Section,
+    sets: DownSets,
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    sky: Skylines,
+    measured: Measured,
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """``detour_start`` and ``detour`` of ``BlockCosts``: for each end of a state two for each step."""
+    start = _rows(blocks, measured.states)
     if start[-1] > MOST:
         return no_detours(blocks)
     detour = np.empty(start[-1], np.float32)
-    travels = Travels(section.segments, section.cost_model, most)
+    travels = Travels(section.segments, section.cost_model, measured.most)
     _fill(blocks, block_costs, travels, sky, sets_of_states(blocks, sets), start, detour)
     return start, detour
 
@@ -61,16 +70,22 @@ def still_there(
     """The detours of those states, ends and steps that are left of ``before``."""
     if len(block_costs.detour) == 0:
         return no_detours(blocks)
-    start = _rows(blocks)
+    kept = np.diff(block_costs.detour_start) > 0
+    measured = np.empty(len(blocks.dense), np.bool_)
+    for k in range(blocks.blocks):
+        old = slice(before.state_start[k], before.state_start[k + 1])
+        states = slice(blocks.state_start[k], blocks.state_start[k + 1])
+        measured[states] = kept[old][np.searchsorted(before.dense[old], blocks.dense[states])]
+    start = _rows(blocks, measured)
     detour = np.empty(start[-1], np.float32)
     _copy(before, block_costs, blocks, start, detour)
     return start, detour
 
 
-def _rows(blocks: Blocks) -> NDArray[np.int64]:
-    """int64 (s + 1,), where the detours of each state begin."""
+def _rows(blocks: Blocks, measured: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """int64 (s + 1,), where the detours of each state begin; those that are not measured have none."""
     ends = np.diff(blocks.value_start).astype(np.int64) - OUTSIDE
-    return np.concatenate([[0], np.cumsum(2 * ends * np.diff(blocks.move_start))])
+    return np.concatenate([[0], np.cumsum(2 * ends * np.diff(blocks.move_start) * measured)])
 
 
 @kernel
@@ -90,6 +105,8 @@ def _fill(
         low, left, right = blocks.path_start[k], blocks.bounds[k], blocks.bounds[k + 1]
         stride, width = 2 * (blocks.path_start[k + 1] - low), right - left + 1
         for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
+            if start[s + 1] == start[s]:
+                continue
             for q in range(width):
                 printed[left + q] = set_of[first_set[k] + (s - blocks.state_start[k]) * width + q]
             at = start[s]
@@ -147,6 +164,8 @@ def _copy(
     for k in range(len(blocks.state_start) - 1):
         old = before.state_start[k]
         for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
+            if start[s + 1] == start[s]:
+                continue
             while before.dense[old] != blocks.dense[s]:
                 old += 1
             old_first = before.move_start[old]

@@ -26,27 +26,29 @@ class Climbed(NamedTuple):
     ends: Ends
 
 
-def nearby(section: Section, sets: DownSets, whole: Climbed, pace: float) -> Climbed | None:
-    """Those of ``whole`` whose neighbouring columns are at most ``pace`` toolpaths apart, on average.
-
-    None if they are all, or if no walk keeps to them.
-    """
+def near_states(section: Section, sets: DownSets, blocks: Blocks, pace: float) -> NDArray[np.bool_]:
+    """bool (s,), the states whose neighbouring columns are at most ``pace`` toolpaths apart, on average."""
     slack = pace * section.columns / section.n
     if slack >= 1.0:
-        return None
+        return np.ones(len(blocks.dense), np.bool_)
     done = [size / size[-1] for size in set_sizes(sets)]
-    blocks = whole.blocks
-    among = []
+    out = np.empty(len(blocks.dense), np.bool_)
     for k in range(blocks.blocks):
-        alive = blocks.alive(k, sets)
-        first, last = int(blocks.bounds[k]), int(blocks.bounds[k + 1])
-        for column in range(first, last):
-            shape = np.ones(alive.ndim, np.intp)
-            shape[column - first : column - first + 2] = -1, len(done[column + 1])
-            near = _near(done[column], done[column + 1], slack)
-            alive &= near.reshape(shape)
-        among.append(alive)
-    inner = connect(section, sets, blocks.bounds, among)
+        states = slice(blocks.state_start[k], blocks.state_start[k + 1])
+        columns = range(int(blocks.bounds[k]), int(blocks.bounds[k + 1]) + 1)
+        at = np.unravel_index(blocks.dense[states], blocks.shape(k, sets))
+        shares = np.array([done[c][i] for c, i in zip(columns, at, strict=True)])
+        out[states] = (np.abs(np.diff(shares, axis=0)) <= slack).all(axis=0)
+    return out
+
+
+def nearby(section: Section, sets: DownSets, whole: Climbed, pace: float) -> Climbed | None:
+    """Those of ``whole`` that are ``near_states``; None if these are all, or if no walk keeps to them."""
+    blocks = whole.blocks
+    near = near_states(section, sets, blocks, pace)
+    if near.all():
+        return None
+    inner = connect(section, sets, blocks.bounds, blocks.among(near, sets))
     if (np.diff(inner.state_start) == 0).any():
         return None
     ends = find_ends(section, sets, inner)
@@ -54,8 +56,3 @@ def nearby(section: Section, sets: DownSets, whole: Climbed, pace: float) -> Cli
         return None
     start, detour = still_there(blocks, whole.block_costs, inner)
     return Climbed(inner, whole.block_costs._replace(detour_start=start, detour=detour), ends)
-
-
-def _near(left: NDArray[np.float64], right: NDArray[np.float64], slack: float) -> NDArray[np.bool_]:
-    """bool (a, b), whether shares of two columns that are done differ by no more than ``slack``."""
-    return np.abs(left[:, None] - right) <= slack

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.bound.detours import measure_detours, still_there
+from slicer.sequence.bound.detours import Measured, measure_detours, still_there
 from slicer.sequence.bound.ends import Ends, find_ends
-from slicer.sequence.bound.nearby import Climbed, nearby
+from slicer.sequence.bound.nearby import PACE, Climbed, near_states, nearby
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
 from slicer.sequence.bound.pair_dp import evaluate
@@ -137,11 +137,13 @@ class PairBound:
     def see_walls(self, most: float) -> None:
         """Price travels inside blocks as they are made over what is printed, where that can be known.
 
-        A travel that costs more than ``most`` directly stays at that price: few of many are so long.
+        A travel that costs more than ``most`` directly stays at that price: few of many are so long. So do
+        those of states of columns that are farther apart than ``PACE``: few walks pass there.
         """
         if self.section.routed and not (self.sets.corridor == COUNTED).any():
+            near = near_states(self.section, self.sets, self.blocks, PACE)
             start, detour = measure_detours(
-                self.section, self.sets, self.blocks, self.block_costs, self.sky, most
+                self.section, self.sets, self.blocks, self.block_costs, self.sky, Measured(near, most)
             )
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
             self._climbed = None
@@ -211,12 +213,7 @@ class PairBound:
         # However close the cut is, the walks that give the bound itself must survive rounding.
         keep = least <= max(cut, self.bound + RELATIVE_EPS * abs(self.bound))
         keep[self.blocks.state_start[:-1]] = True
-        among = []
-        for k in range(self.blocks.blocks):
-            mask = np.zeros(self.blocks.shape(k, self.sets), np.bool_)
-            states = slice(self.blocks.state_start[k], self.blocks.state_start[k + 1])
-            mask.flat[self.blocks.dense[states][keep[states]]] = True
-            among.append(mask)
+        among = self.blocks.among(keep, self.sets)
         before, self.blocks = self.blocks, connect(self.section, self.sets, self.blocks.bounds, among)
         start, detour = still_there(before, self.block_costs, self.blocks)
         self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)

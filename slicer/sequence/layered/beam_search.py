@@ -15,16 +15,13 @@ from slicer.sequence.problem import Search
 ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
 PASSES = {
-    "quick": ((10, 2_500), (20, 5_000)),
-    "default": ((6, 2_500), (18, 50_000)),
-    "high": ((10, 2_500), (40, 50_000), (100, 250_000)),
+    "quick": ((20, 2_500), (20, 5_000)),
+    "default": ((20, 2_500), (60, 50_000)),
+    "high": ((30, 2_500), (100, 50_000), (200, 250_000)),
 }
 """Steps of the bound, and the successors of a layer in the search after them."""
-ROUTED_PASSES = PASSES | {"default": ((100, 70_000), (100, 0))}
-"""The same where states know walls: there a search costs more than steps, and after some of them a better
-bound leads it no better. In the last pass the bound rises and nothing is searched."""
-MOST_ARCS = 1_500_000_000
-"""Travels that such a pass looks at."""
+ROUTED_PASSES = PASSES | {"default": ((130, 70_000),)}
+"""The same where states know walls: there a search costs more than steps."""
 MOST_GENERATED = 100_000_000
 """Successors of all layers of a search."""
 SUCCESSORS_PER_COLUMN = 5
@@ -52,10 +49,6 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
     bound, complete = opened
     passes = ROUTED_PASSES if search.objective.routed else PASSES
     for steps, successors in passes[search.effort]:
-        if successors == 0:
-            if complete:  # else it would bound nothing but the corridor
-                raise_bound(search, bound, budget, steps, complete=complete, most_arcs=MOST_ARCS)
-            break
         affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
         raise_bound(search, bound, budget, steps, complete=complete)

@@ -9,7 +9,7 @@ the sequence finds nothing.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.bound import PairBound, step_lengths
+from slicer.sequence.bound import PairBound
 from slicer.sequence.layered.layered_search import RELATIVE_EPS, search_layers
 from slicer.sequence.layered.work_budget import ARCS_PER_NODE, WorkBudget
 from slicer.sequence.problem import Search
@@ -17,8 +17,8 @@ from slicer.sequence.states import Ground, Section, cover, down_sets, extents, j
 
 FIRST_LENGTH = 50
 GROWTH = 1.4
-STEPS = 8
-"""Steps of the bound for each window."""
+LENGTHS = np.geomspace(0.05, 0.02, 3)
+"""Of the steps of the bound for each window; more of them, or longer ones, find no more in the same time."""
 WIDTH = 100
 """Nodes of a layer in a window's search."""
 MOST_DOWN_SETS = 300
@@ -98,8 +98,8 @@ def improve_window(search: Search, section: Section, inner: NDArray[np.int32], b
     sets = down_sets(section, MOST_DOWN_SETS, order)
     bound = PairBound.over(section, sets, cover(sets, MERGED_STATES))
     cost = section_cost(section, sets, bound.sky, 2 * order + (inner & 1))
-    budget.spent += 500 + STEPS * bound.blocks.arcs // ARCS_PER_NODE
-    bound.improve(cost, step_lengths(STEPS))
+    budget.spent += 500 + len(LENGTHS) * bound.blocks.arcs // ARCS_PER_NODE
+    bound.improve(cost, LENGTHS)
     if bound.bound >= cost * (1 - RELATIVE_EPS):
         return 0.0
     bound.use_best_multipliers()

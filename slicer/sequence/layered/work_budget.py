@@ -10,7 +10,6 @@ from slicer.sequence.problem import Search
 
 ARCS_PER_NODE = 60
 """So many arcs of the bound are looked at in the time in which a search generates one node."""
-NO_LIMIT = int(np.iinfo(np.int64).max)
 MOST_BETWEEN = 300_000_000
 """Arcs of the bound that are looked at between two looks at the clock, in ten steps at most."""
 
@@ -31,27 +30,15 @@ class WorkBudget:
         self.generated += found.generated
 
 
-def raise_bound(
-    search: Search,
-    bound: PairBound,
-    budget: WorkBudget,
-    steps: int,
-    *,
-    complete: bool,
-    most_arcs: int = NO_LIMIT,
-) -> None:
-    """Raise a bound by some steps, go to its best multipliers, and tell the search where it is complete.
-
-    With ``most_arcs`` it ends once steps have looked at so many travels.
-    """
+def raise_bound(search: Search, bound: PairBound, budget: WorkBudget, steps: int, *, complete: bool) -> None:
+    """Raise a bound by some steps, go to its best multipliers, and tell the search where it is complete."""
     lengths = step_lengths(steps, again=bound.bound > -np.inf)
-    done = looked_at = 0
-    while done < steps and looked_at < most_arcs:
+    while len(lengths):
         arcs = bound.climbed.blocks.arcs
-        count = max(1, min(10, min(MOST_BETWEEN, most_arcs - looked_at) // max(1, arcs), steps - done))
+        count = max(1, min(10, MOST_BETWEEN // max(1, arcs), len(lengths)))
         budget.spent += count * arcs // ARCS_PER_NODE
-        at_rest = bound.improve(search.cost, lengths[done : done + count])
-        done, looked_at = done + count, looked_at + count * arcs
+        at_rest = bound.improve(search.cost, lengths[:count])
+        lengths = lengths[count:]
         if complete:
             search.raise_bound(bound.bound)
             search.report("bound")

@@ -77,10 +77,14 @@ class Blocks(NamedTuple):
         """The numbers of down-sets of the columns of block k."""
         return tuple(int(d) for d in sets.counts[self.bounds[k] : self.bounds[k + 1] + 1])
 
-    def alive(self, k: int, sets: DownSets) -> NDArray[np.bool_]:
-        """bool, shape ``shape(k)``: which tuples of down-sets are states of block k."""
-        out = np.zeros(self.shape(k, sets), np.bool_)
-        out.flat[self.dense[self.state_start[k] : self.state_start[k + 1]]] = True
+    def among(self, chosen: NDArray[np.bool_], sets: DownSets) -> list[NDArray[np.bool_]]:
+        """For each block k, bool of ``shape(k)``: the tuples of down-sets of states chosen, bool (s,)."""
+        out = []
+        for k in range(self.blocks):
+            states = slice(self.state_start[k], self.state_start[k + 1])
+            mask = np.zeros(self.shape(k, sets), np.bool_)
+            mask.flat[self.dense[states][chosen[states]]] = True
+            out.append(mask)
         return out
 
 
