@@ -33,6 +33,10 @@ Subgradients forget slowly where they began: with 1/3, default searches of 10x10
 110.2 mm; with anything from 0.42 to 0.5 they find the optimum, 111.78, under about 111.5.
 """
 
+FAR = 3.0
+"""A toolpath that is more than so many hops away, from one to the nearest of its column, begins as one that is
+so far: between islands a travel is long, and hardly ever made."""
+
 
 class BlockCosts(NamedTuple):
     """The parts of the costs that do not change with the multipliers.
@@ -188,18 +192,22 @@ def _measure(
     price_at = np.full((4, 2 * len(blocks.path)), -1, np.int32)
     price_sign = np.zeros((4, 2 * len(blocks.path)))
     price = np.zeros(8 * n)
+    hops, measured = 0.0, 0
     for k in range(count):
         low, high = blocks.path_start[k], blocks.path_start[k + 1]
         left, right = blocks.bounds[k], blocks.bounds[k + 1]
         stride = 2 * (high - low)
         for a in range(stride):
             s, f = blocks.path[low + (a >> 1)], a & 1
-            nearest = np.full(4, np.inf)  # of the other columns of this block, after a and before a
+            nearest = np.full(2, np.inf)  # of the other columns of this block, after a and before a
+            hop = np.inf  # to the nearest toolpath of its own column
             for b in range(stride):
                 t, g = blocks.path[low + (b >> 1)], b & 1
                 out_x, out_y = segments[s, 1 - f, 0], segments[s, 1 - f, 1]
                 cost = least_travel_cost(cost_model, segments[t, g, 0] - out_x, segments[t, g, 1] - out_y)
                 direct[arc_start[k] + a * stride + b] = cost
+                if column[s] == column[t] and s != t:
+                    hop = min(hop, cost)
                 if column[s] != column[t] and blocks.allowed[2 * low + b]:
                     nearest[0] = min(nearest[0], cost)
                     in_x, in_y = segments[s, f, 0], segments[s, f, 1]
@@ -207,6 +215,8 @@ def _measure(
                         cost_model, in_x - segments[t, 1 - g, 0], in_y - segments[t, 1 - g, 1]
                     )
                     nearest[1] = min(nearest[1], cost)
+            if hop < np.inf:
+                hops, measured = hops + hop, measured + 1
             for way in range(4):
                 leaves, leftward = way < 2, way % 2 == 0
                 if k == (0 if leftward else count - 1):
@@ -232,6 +242,9 @@ def _measure(
                     price[2 * n * (LEAVE_RIGHT if end == 0 else ENTER_RIGHT) + 2 * s + f] = (
                         START_SHARE * nearest[end]
                     )
+    most = START_SHARE * FAR * hops / max(1, measured)
+    if most > 0.0:
+        price = np.minimum(price, most)
     return direct, ways, price_at, price_sign, price
 
 

@@ -27,7 +27,7 @@ from slicer.sequence.problem import Method, ObjectiveName, Search
 
 SURROGATES: tuple[ObjectiveName, ...] = ("straight", "time")
 """Objectives that do not need the skyline, or are taken without it."""
-WINDOW_WORK = {"quick": 1_000, "default": 10_000, "high": 15_000}
+WINDOW_WORK = {"quick": 1_000, "default": 14_000, "high": 20_000}
 """Work of the windows for each toolpath, see ``WorkBudget``."""
 REFINE_S = 5e-3
 """Seconds that windows and exchanges by the true cost take for each toolpath."""

@@ -19,6 +19,7 @@ from slicer.errors import CycleError
 from slicer.hatch import hatch
 from slicer.nozzle import POINT
 from slicer.sequence import Problem, solve
+from slicer.sequence.bound import step_lengths
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.bound.tree_bound import TreeBound
@@ -144,7 +145,7 @@ def bounds(problem, goal, order, best, random):
         "counts": PairBound.over(section, sets, cover(sets)),
     }
     for name, bound in pairs.items():
-        bound.improve(1.1 * best, 20)
+        bound.improve(1.1 * best, step_lengths(20))
         yield name, bound.bound
         bound.best += random.normal(0.0, 0.3, len(bound.best))
         bound.use_best_multipliers()

@@ -322,7 +322,7 @@ def test_columns_that_no_block_has_together_are_seen_by_the_search():
     assert (found.oriented >> 1).tolist() == [1, 2, 0]
     # Were the outer columns not tied to each other, 1, 0, 2 would cost less.
     assert found.cost == pytest.approx(np.hypot(1.4, 4.9) + np.hypot(1.5, 0.1))
-    assert not bound.blocks.alive(0, sets)[1, 0]
+    assert not bound.blocks.among(np.ones(len(bound.blocks.dense), np.bool_), sets)[0][1, 0]
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
+from slicer.sequence.bound import step_lengths
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.subgradient_ascent import MOMENTUM, begin_ascent
@@ -98,16 +99,15 @@ def test_all_blocks_together_pay_no_more_than_a_jump_costs(sheet, seed, most_sta
 @pytest.mark.parametrize("seed", range(3))
 def test_the_slope_is_that_of_the_bound(seed, objective):
     bound = walk(seed, objective)
-    bound.along_subgradients = True
     random = np.random.default_rng(seed)
     at_ends = slice(bound.block_costs.visits_end, bound.block_costs.jumps.passing)
     by_sets = slice(at_ends.stop, None)
 
     def at(multipliers: np.ndarray) -> tuple[float, np.ndarray]:
         """The bound, and the subgradient that a first step of the ascent goes along."""
-        bound._steps = begin_ascent(multipliers)
-        bound.improve(1e3, 1)
-        return bound.bound, bound._steps.direction / (1.0 - MOMENTUM)
+        bound._ascent = begin_ascent(multipliers)
+        bound.improve(1e3, np.zeros(1))
+        return float(bound._ascent.bound[0]), bound._ascent.direction / (1.0 - MOMENTUM)
 
     scale = 0.02 if objective.unit == "s" else 0.05
     here = bound.best + random.normal(0.0, scale, len(bound.best))
@@ -126,7 +126,7 @@ def test_they_raise_the_bound_in_seconds():
     costs.jumps.most[costs.jumps.priced] = costs.ways[costs.jumps.priced]  # as if all jumps went farther
     target = solve(Problem.build(bound.section.segments), objective=PAPER, effort="quick").cost
     for one in (bound, without):
-        one.improve(target, 40)
+        one.improve(target, step_lengths(40))
     assert bound.bound > 1.01 * without.bound
 
 
@@ -148,5 +148,5 @@ def test_a_fixed_end_may_be_come_to_from_either_side(optimum, last):
     sets = down_sets(section, 10**6)
     bound = PairBound.over(section, sets, cover(sets, 0))
     for _ in range(20):
-        bound.improve(1.2 * best, 30)
+        bound.improve(1.2 * best, step_lengths(30))
         assert bound.bound <= best + 1e-9

@@ -14,6 +14,7 @@ from slicer.grid import Grid
 from slicer.hatch import hatch
 from slicer.nozzle import POINT, NozzleBody
 from slicer.sequence import Problem, solve
+from slicer.sequence.bound import step_lengths
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states import OUTSIDE, sets_of_states
@@ -55,7 +56,7 @@ def test_no_multipliers_make_the_bound_exceed_the_optimum(sheet, optimum, seed, 
     if noise:
         bound.best += np.random.default_rng(seed).normal(0.0, 0.5, len(bound.best))
     else:
-        bound.improve(1.1 * best, 60)
+        bound.improve(1.1 * best, step_lengths(60))
         assert bound.bound <= best + 1e-9
     bound.use_best_multipliers()
     assert bound.bound <= best + 1e-9
@@ -90,7 +91,7 @@ def test_with_walls_it_does_not_exceed_the_optimum(sheet, seed, width, objective
     best = least_cost(objective, segments) if point else solve(problem, objective=objective).cost
     bound.see_walls(most)
     for _ in range(2):
-        bound.improve(1.1 * best, 40)
+        bound.improve(1.1 * best, step_lengths(40))
         assert bound.bound <= best + 1e-9
         bound.use_best_multipliers()
         assert bound.bound <= best + 1e-9
@@ -114,7 +115,7 @@ def test_walls_stay_when_states_are_struck_out(sheet, seed):
     bound = bound_over(Section.whole(problem, ROUTED))
     bound.see_walls(np.inf)
     before = bound.blocks.arcs
-    bound.improve(1e3, 40)
+    bound.improve(1e3, step_lengths(40))
     bound.use_best_multipliers()
     bound.fix_states(bound.bound * 1.05)
     assume(bound.blocks.arcs < before)
@@ -144,7 +145,7 @@ def test_a_section_ends_where_it_must(sheet, optimum, seed):
     for most_states in (0, 10**9):
         bound = bound_over(section, most_states)
         best = optimum(part, last=last)
-        bound.improve(best, 40)
+        bound.improve(best, step_lengths(40))
         bound.use_best_multipliers()
         assert bound.bound <= best + 1e-9
         if most_states:
@@ -159,7 +160,7 @@ def test_striking_out_states_spares_the_optimum(sheet, optimum, seed):
     best = optimum(problem)
     bound = bound_over(section)
     for _ in range(3):
-        if bound.improve(best, 10):
+        if bound.improve(best, step_lengths(10)):
             break
         bound.use_best_multipliers()
         bound.fix_states(best + 1e-9)

@@ -13,7 +13,7 @@ from slicer import grid
 from slicer.errors import CycleError
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
-from slicer.sequence.bound import raise_relaxed_bound, relaxed_bound, tree_bound
+from slicer.sequence.bound import raise_relaxed_bound, relaxed_bound, step_lengths, tree_bound
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.tree_bound import STEPS, TreeBound, raise_tree_bound
 from slicer.sequence.construct import start_greedily
@@ -64,7 +64,7 @@ def never_above(bound: PairBound | TreeBound, best: float, seed: int) -> None:
         )
         assert bound.evaluate()[0] <= best + 1e-9
     else:
-        bound.improve(1.1 * best, 40)
+        bound.improve(1.1 * best, step_lengths(40))
         assert bound.bound <= best + 1e-9
         bound.best += np.random.default_rng(seed).normal(0.0, 0.5, len(bound.best))
         bound.use_best_multipliers()
@@ -142,7 +142,7 @@ def test_finer_counts_give_a_higher_bound():
     problem = steep(2, 4, 2, 0.17)
     bounds = [counted(problem, GOALS["straight"], arcs) for arcs in (0, 20_000_000)]
     for bound in bounds:
-        bound.improve(20.0, 60)
+        bound.improve(20.0, step_lengths(60))
     assert bounds[0].blocks.arcs < bounds[1].blocks.arcs
     assert bounds[1].bound > 1.005 * bounds[0].bound
 

@@ -11,6 +11,7 @@ from searching import searched
 from slicer import generate
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
+from slicer.sequence.bound import step_lengths
 from slicer.sequence.construct import start_along_levels
 from slicer.sequence.construct.hill_climbing import greedy
 from slicer.sequence.layered.bounded_search import bound_around
@@ -130,7 +131,7 @@ def test_a_search_that_has_generated_enough_goes_on_narrowly():
     assert opened is not None
     bound, complete = opened
     assert complete
-    bound.improve(search.cost, 5)  # far from a proof, so that nearly all states are looked at
+    bound.improve(search.cost, step_lengths(5))  # far from a proof, so that nearly all states are looked at
     bound.use_best_multipliers()
     wide = search_layers(search, bound, search.cost, 5_000)
     narrow = search_layers(search, bound, search.cost, 5_000, enough=wide.generated // 10)
