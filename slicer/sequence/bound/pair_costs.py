@@ -34,8 +34,8 @@ Subgradients forget slowly where they began: with 1/3, default searches of 10x10
 """
 
 FAR = 3.0
-"""A toolpath that is more than so many hops away, from one to the nearest of its column, begins as one that is
-so far: between islands a travel is long, and hardly ever made."""
+"""A toolpath that is more than so many hops away, from one to the nearest of its column, begins as one that
+is so far: between islands a travel is long, and hardly ever made."""
 
 
 class BlockCosts(NamedTuple):
