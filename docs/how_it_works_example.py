@@ -12,7 +12,7 @@ from slicer.generate import random_walk
 from slicer.grid import Grid, read
 from slicer.hatch import Hatch, hatch
 from slicer.sequence import Problem, Result, solve
-from slicer.sequence.bound import PairBound
+from slicer.sequence.bound import PairBound, step_lengths
 from slicer.sequence.bound.pair_dp import roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
 from slicer.sequence.bound.streamed_ascent import MOST_DOWN_SETS
@@ -24,7 +24,7 @@ from vslice.printable import problem_of
 
 ROOT = Path(__file__).parents[1]
 REAL = ROOT / "tests" / "data" / "tissue" / "muscle_us_8x8.json"
-STEPS = (0, 5, 10)
+STEPS = (0, 20, 40)
 """After so many steps of its ascent the bound is shown."""
 LONG_MM = 0.5
 """Travels above this are long ones."""
@@ -154,8 +154,9 @@ def fix(sheet: Sheet) -> Fixing:
     bound.best[:] = start
     bound.use_best_multipliers()
     rising = [bound.bound]
+    lengths = step_lengths(STEPS[-1])
     for before, after in pairwise(STEPS):
-        bound.improve(search.cost, after - before)
+        bound.improve(search.cost, lengths[before:after])
         rising.append(bound.bound)
     bound.use_best_multipliers()
     states = states_of(bound)

@@ -148,6 +148,10 @@ class PairBound:
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
             self._climbed = None
 
+    def gap(self, cost: float) -> float:
+        """The part of a cost that the bound is below it; 1 where that is more, or nothing is known."""
+        return float(np.clip((cost - self.bound) / cost, 0.0, 1.0)) if cost > 0.0 else 1.0
+
     def improve(self, target: float, lengths: NDArray[np.float64]) -> bool:
         """Raise the bound by steps of these lengths, see ``step_lengths``; True when it cannot rise above.
 

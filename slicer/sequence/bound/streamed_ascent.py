@@ -23,8 +23,8 @@ MOST_STEPS = {"quick": 30, "default": 150, "high": 400}
 LEAST_STEPS = 4
 STRETCH = 4
 """One look at all states may see so many times as many travels."""
-AGAIN_STEPS = 20
-"""How many, where the prices are good ones but for a few columns."""
+AGAIN_STEPS, AGAIN_GAP = 20, 0.005
+"""How many, and as if how much were left, where the prices are good ones but for a few columns."""
 TOLERANCE = 3e-3
 """The part of the cost by which all states may bring the bound down before the corridor is too narrow."""
 MOST_ROUNDS = 3
@@ -68,7 +68,7 @@ def climb(search: Search, bound: StreamedBound, *, again: bool = False) -> bool:
     for _ in range(MOST_ROUNDS):
         bound.look_at(pace)
         steps = int(np.clip(ARCS[search.effort] // bound.arcs, LEAST_STEPS, most))
-        for share in step_lengths(steps, again=again):
+        for share in step_lengths(steps, AGAIN_GAP if again else 1.0):
             far = (
                 max(0.0, -bound.bound) if np.isfinite(bound.bound) else 0.0
             )  # from where it should be at least

@@ -26,16 +26,21 @@ FIRST_LENGTH, LAST_LENGTH = 0.16, 0.0008
 Of 20x20 tiles, whose shortest sequence is proved, 40 such steps leave 0.26 %, 100 leave 0.15 %, and 120 of
 Polyak's towards the optimum 0.6 %.
 """
-AGAIN_LENGTH = 1e-4
-"""The first one where the multipliers are good ones already, for each step: few steps must not lead far."""
+AGAIN_LENGTH = 2.0
+"""The first one where the multipliers are good ones already, as a part of the gap that is left."""
 NOWHERE = 1e-12
 """Walks whose subgradient is so short agree."""
 
 
-def step_lengths(steps: int, *, again: bool = False) -> NDArray[np.float64]:
-    """float64 (steps,), the lengths of so many steps, as parts of the cost."""
-    first = min(FIRST_LENGTH, AGAIN_LENGTH * steps) if again else FIRST_LENGTH
-    return np.geomspace(max(first, LAST_LENGTH), LAST_LENGTH, steps)
+def step_lengths(steps: int, gap: float = 1.0) -> NDArray[np.float64]:
+    """float64 (steps,), the lengths of so many steps, as parts of the cost.
+
+    Args:
+        steps: how many.
+        gap: of the cost, the part that the bound is below it; with a small one steps are shorter at first.
+    """
+    first = min(max(AGAIN_LENGTH * gap, LAST_LENGTH), FIRST_LENGTH)
+    return np.geomspace(first, LAST_LENGTH, steps)
 
 
 class Ascent(NamedTuple):

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from slicer.sequence.bound import PairBound, step_lengths
 from slicer.sequence.layered.layered_search import LayeredSearch
 from slicer.sequence.problem import Search
@@ -32,7 +30,7 @@ class WorkBudget:
 
 def raise_bound(search: Search, bound: PairBound, budget: WorkBudget, steps: int, *, complete: bool) -> None:
     """Raise a bound by some steps, go to its best multipliers, and tell the search where it is complete."""
-    lengths = step_lengths(steps, again=bound.bound > -np.inf)
+    lengths = step_lengths(steps, bound.gap(search.cost))
     while len(lengths):
         arcs = bound.climbed.blocks.arcs
         count = max(1, min(10, MOST_BETWEEN // max(1, arcs), len(lengths)))

@@ -62,9 +62,10 @@ def test_lengths_shrink_by_the_same_factor():
     lengths = step_lengths(40)
     assert (lengths[0], lengths[-1]) == pytest.approx((FIRST_LENGTH, LAST_LENGTH))
     assert np.diff(np.log(lengths)) == pytest.approx(np.log(LAST_LENGTH / FIRST_LENGTH) / 39)
-    again = step_lengths(40, again=True)
+    again = step_lengths(40, 0.01)
     assert LAST_LENGTH < again[0] < FIRST_LENGTH
-    assert step_lengths(1, again=True) == pytest.approx([LAST_LENGTH])
+    assert again[-1] == pytest.approx(LAST_LENGTH)
+    assert step_lengths(3, 0.0) == pytest.approx([LAST_LENGTH] * 3)
 
 
 @settings(max_examples=100, deadline=None)
