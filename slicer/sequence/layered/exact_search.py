@@ -29,6 +29,8 @@ WIDE = 1_000
 repeated before it may end in the proof, if the proof is in reach."""
 IN_REACH = 0.03
 """The gap up to which it is."""
+NEARLY = 2e-3
+"""Where less than this part of the cost is left, a proof is near enough to be tried in any case."""
 LAST_SEARCH = 0.3
 """The share of the budget that is kept for that; until then the bound rises and strikes out states."""
 STANDSTILL = 0.1
@@ -44,7 +46,7 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
 
     With what is ``known`` of straight travel it begins where that bound has come to.
 
-    With ``settle`` it ends where a search finds nothing better and hardly anything is left to gain.
+    With ``settle`` it ends where a search finds nothing better and little is left to gain, but no proof near.
 
     Without a proof, the lower bound is that of the pair bound or of the states that were cut off. Where
     the columns have too many down-sets, a corridor around the best sequence is searched and nothing is
@@ -96,6 +98,7 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
             break  # nothing better in this corridor
         search.report("search")
         found_less = search.cost < least or narrow
-        if settle and not found_less and search.near_enough:
+        far = search.lower_bound < (1.0 - NEARLY) * search.cost
+        if settle and not found_less and search.near_enough and far:
             break
     return None if complete else raise_relaxed_bound(search)
