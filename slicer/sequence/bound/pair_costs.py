@@ -33,7 +33,7 @@ Subgradients forget slowly where they began: with 1/3, default searches of 10x10
 110.2 mm; with anything from 0.42 to 0.5 they find the optimum, 111.78, under about 111.5.
 """
 
-FAR = 3.0
+FAR = 5.0
 """A toolpath that is more than so many hops away, from one to the nearest of its column, begins as one that
 is so far: between islands a travel is long, and hardly ever made."""
 

@@ -23,7 +23,7 @@ COUNTED_PACE = 40.0
 AT_ONCE = 6
 """Steps between two looks at all states, or more where those would take longer than the steps."""
 USEFUL_STEPS, LEAST_STEPS = 45, 6
-"""Fewer steps than the first bring much less: ihc_16x16 comes to 242 mm after 25 and to 249 after 45. Fewer than
+"""Fewer steps than the first bring much less: ihc_16x16 comes to 242 mm after 25, to 249 after 45. Fewer than
 the second are no use."""
 STRETCH = 4
 """For so many steps, so many times as many travels may be looked at."""
