@@ -148,6 +148,11 @@ class PairBound:
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
             self._climbed = None
 
+    def arcs_of(self, steps: int) -> int:
+        """How many travels ``improve`` looks at in so many steps."""
+        near = self.climbed.blocks
+        return steps * near.arcs + (self.blocks.arcs if near is not self.blocks else 0)
+
     def gap(self, cost: float) -> float:
         """The part of a cost that the bound is below it; 1 where that is more, or nothing is known."""
         return float(np.clip((cost - self.bound) / cost, 0.0, 1.0)) if cost > 0.0 else 1.0

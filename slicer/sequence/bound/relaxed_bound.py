@@ -21,7 +21,9 @@ MOST_STEPS = 120
 COUNTED_PACE = 40.0
 """``PACE`` where steep tiles are printed one after the other."""
 AT_ONCE = 6
-"""Steps between two looks at all states, or more where those would take longer than the steps."""
+"""Steps between two looks at all states, or more where those would take longer than the steps,"""
+MOST_BETWEEN = 2_500_000_000
+"""but no more than look at so many travels: the clock is asked then, too."""
 USEFUL_STEPS, LEAST_STEPS = 45, 6
 """Fewer steps than the first bring much less: ihc_16x16 comes to 242 mm after 25, to 249 after 45. Fewer than
 the second are no use."""
@@ -62,13 +64,14 @@ def _raise_by_counts(search: Search) -> bool:
     arcs = max(1, bound.climbed.blocks.arcs)
     useful = min(USEFUL_STEPS, STRETCH * most // arcs)
     steps = int(np.clip(most // arcs, max(LEAST_STEPS, useful), MOST_STEPS))
-    at_once = max(AT_ONCE, bound.blocks.arcs // arcs)
+    at_once = max(1, min(max(AT_ONCE, bound.blocks.arcs // arcs), MOST_BETWEEN // arcs))
     lengths, looked_at = step_lengths(steps), 0
     for done in range(0, steps, at_once):
         if looked_at > STRETCH * most or search.proved or search.should_stop():
             break
-        looked_at += at_once * bound.climbed.blocks.arcs
-        at_rest = bound.improve(search.cost, lengths[done : done + at_once])
+        now = lengths[done : done + at_once]
+        looked_at += bound.arcs_of(len(now))
+        at_rest = bound.improve(search.cost, now)
         search.raise_bound_on_all(bound.bound)
         search.report("bound")
         if at_rest:

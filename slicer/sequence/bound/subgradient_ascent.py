@@ -98,12 +98,15 @@ def ascend(
             best[:] = multipliers
         subgradient[:] = 0.0
         add_subgradient(blocks, block_costs, ends, paid, value, start, subgradient)
-        norm = 0.0
+        norm, own = 0.0, 0.0
         for t in range(len(subgradient)):
             direction[t] = MOMENTUM * direction[t] + (1.0 - MOMENTUM) * subgradient[t]
             norm += direction[t] * direction[t]
-        if norm < NOWHERE:
+            own += subgradient[t] * subgradient[t]
+        if own < NOWHERE:
             return True
+        if norm < NOWHERE:
+            continue
         step = (1.0 - MOMENTUM) * length / norm
         for t in range(len(subgradient)):
             multipliers[t] += step * direction[t]

@@ -170,7 +170,9 @@ def travel_costs(
     """Fill ``out`` (m,) with the least cost of a travel between each pair of points, either way."""
     for k in range(len(ends)):
         a, b = ends[k, 0], ends[k, 1]
-        out[k] = least_travel_cost(cost_model, points[b, 0] - points[a, 0], points[b, 1] - points[a, 1])
+        dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+        # A hop may be joined one way only.
+        out[k] = min(least_travel_cost(cost_model, dx, dy), least_travel_cost(cost_model, -dx, -dy))
 
 
 @bare_kernel

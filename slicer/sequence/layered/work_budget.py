@@ -9,7 +9,7 @@ from slicer.sequence.problem import Search
 ARCS_PER_NODE = 60
 """So many arcs of the bound are looked at in the time in which a search generates one node."""
 MOST_BETWEEN = 300_000_000
-"""Arcs of the bound that are looked at between two looks at the clock, in ten steps at most."""
+"""Arcs of the bound that steps look at between two looks at the clock, in ten steps at most."""
 
 
 @dataclass
@@ -34,7 +34,7 @@ def raise_bound(search: Search, bound: PairBound, budget: WorkBudget, steps: int
     while len(lengths):
         arcs = bound.climbed.blocks.arcs
         count = max(1, min(10, MOST_BETWEEN // max(1, arcs), len(lengths)))
-        budget.spent += count * arcs // ARCS_PER_NODE
+        budget.spent += bound.arcs_of(count) // ARCS_PER_NODE
         at_rest = bound.improve(search.cost, lengths[:count])
         lengths = lengths[count:]
         if complete:

@@ -1,6 +1,7 @@
 """Bounds over counts, and by a spanning tree: below every sequence, whatever their multipliers are."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +29,9 @@ GOALS = {
     "routed": Objective("routed", **MACHINE),
     "time": Objective("time", **MACHINE, fixed_s=0.05, fixed_from_mm=0.3),
     "joined": Objective("time", **MACHINE, fixed_s=0.05, join_mm=0.6, join_speed_mm_s=1.0),
+    "uphill": Objective(
+        "time", **MACHINE, fixed_s=0.05, join_mm=1.0, join_speed_mm_s=20.0, join_downhill_deg=0.0
+    ),
 }
 seeds = st.integers(0, 10**6)
 
@@ -191,3 +195,17 @@ def test_a_tree_aims_no_higher_than_its_bound_can_follow():
     for _ in range(STEPS["quick"]):
         far.improve(search.cost)
     assert search.lower_bound > 1.01 * far.bound
+
+
+def test_a_tree_takes_a_hop_that_is_joined_one_way_only_as_that_way():
+    # From the one on the right up to the other a hop is extruded, and not back down.
+    segments = np.array([[[0.0, 0.5], [1.0, 0.5]], [[1.2, 0.0], [2.2, 0.0]]])
+    machine = replace(
+        GOALS["uphill"], speed_mm_s=(30.0, 30.0, 30.0), acceleration_mm_s2=(500.0, 500.0, 500.0)
+    )
+    problem, goal = Problem.build(segments), replace(machine, clearance_mm=0.0)
+    best = least_cost(goal, segments)
+    for method in ("greedy", "multistart"):
+        result = solve(problem, method=method, objective=goal)
+        assert result.lower_bound <= best + 1e-9
+        assert not result.proved or result.cost == pytest.approx(best)
