@@ -96,7 +96,10 @@ HOMED = {"G28": "SET_KINEMATIC_POSITION X=0 Y=0 Z=0"}
 def klipper(lines, profile):
     """What Klipper's host makes of lines, from a machine that is at home already."""
     lines = [HOMED.get(line, line) for line in lines]
-    for _ in range(3):  # on a machine at its limits the host may end before it has sent any step
+    before = None
+    for _ in range(
+        6
+    ):  # on a machine at its limits the host may end before it has sent its last steps, or any
         done = subprocess.run(
             [PYTHON, str(PEER), printer_cfg(profile)],
             input="\n".join(lines) + "\n",
@@ -106,8 +109,9 @@ def klipper(lines, profile):
         )
         assert done.returncode == 0, done.stderr
         found = json.loads(done.stdout)
-        if any(len(turned) > 1 for turned in found["turns"]):
+        if found["turns"] == before and any(len(turned) > 1 for turned in before):
             break
+        before = found["turns"]
     return found
 
 
