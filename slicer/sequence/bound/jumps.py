@@ -40,8 +40,6 @@ class Jumps(NamedTuple):
         cost: float64, those matrices.
         most: float64 (4, p), what a block pays at most for each way of leaving or entering, where that is a
             jump, beside the price of a travel into the next column; infinite for others.
-        priced: bool (4, p), which ways of leaving or entering, of the oriented toolpaths of all blocks, are
-            such jumps.
         passing: the first multiplier of those of down-sets, as ``DownSets`` numbers them: for jumps over the
             column leftwards, then for jumps rightwards.
     """
@@ -51,7 +49,6 @@ class Jumps(NamedTuple):
     cost_start: NDArray[np.int64]
     cost: NDArray[np.float64]
     most: NDArray[np.float64]
-    priced: NDArray[np.bool_]
     passing: int
 
 
@@ -77,7 +74,6 @@ def jumps_over_seams(
     at, firsts = np.full((2, count + 1, 2), -1, np.int64)
     cost_start = np.zeros(count + 2, np.int64)
     most = np.full(far.shape, np.inf)
-    priced = np.zeros(far.shape, np.bool_)
     prices = [np.empty(0)]
     for t in range(1, count):
         seam = int(seams[t])
@@ -99,8 +95,6 @@ def jumps_over_seams(
         at[t], firsts[t] = (left.start, right.start), (first + cost.shape[0], first)
         first += sum(cost.shape)
         prices += [far[LEAVE_RIGHT, left], far[LEAVE_LEFT, right]]
-        priced[LEAVE_RIGHT, left] = priced[ENTER_RIGHT, left] = True
-        priced[LEAVE_LEFT, right] = priced[ENTER_LEFT, right] = True
         backward = cost.reshape(-1, 2, cost.shape[1])[:, ::-1].reshape(cost.shape)
         backward = backward.reshape(cost.shape[0], -1, 2)[:, :, ::-1].reshape(cost.shape)
         for way, place, least in (
@@ -119,7 +113,7 @@ def jumps_over_seams(
                 for way in ways:
                     most[way, place] = np.minimum(most[way, place], far[way, place] + further)
     prices.append(np.zeros(2 * blocks.down_sets))
-    return Jumps(at, firsts, cost_start, costs, most, priced, first), np.concatenate(prices)
+    return Jumps(at, firsts, cost_start, costs, most, first), np.concatenate(prices)
 
 
 def _places(blocks: Blocks, k: int, column: int) -> slice:

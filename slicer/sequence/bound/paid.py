@@ -33,18 +33,17 @@ class Paid(NamedTuple):
 
 
 @inner_kernel
-def way_cost(paid: Paid, priced: NDArray[np.bool_], way: int, at: int, passing: float) -> float:
+def way_cost(paid: Paid, way: int, at: int, passing: float) -> float:
     """What a block pays for leaving or entering an oriented toolpath.
 
     Args:
         paid: what it pays at some multipliers.
-        priced: as ``Jumps`` has it.
         way, at: how, and the toolpath in the numbers of all blocks.
         passing: ``Paid.passing`` of that way at the down-set of the column on that side.
     """
-    cost = paid.ways[way, at]
-    if priced[way, at]:
-        return float(max(paid.least[way, at], min(cost + passing, paid.most[way, at])))
+    cost, most = paid.ways[way, at], paid.most[way, at]
+    if most < np.inf:
+        return float(max(paid.least[way, at], min(cost + passing, most)))
     return float(cost)
 
 

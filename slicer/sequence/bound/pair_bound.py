@@ -15,10 +15,10 @@ from slicer.sequence.bound.ends import Ends, find_ends
 from slicer.sequence.bound.nearby import PACE, Climbed, near_states, nearby
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
-from slicer.sequence.bound.pair_dp import evaluate
+from slicer.sequence.bound.pair_dp import evaluate, roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
 from slicer.sequence.bound.subgradient_ascent import Ascent, ascend, begin_ascent
-from slicer.sequence.bound.visits import by_start, charge_visits
+from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import (
     COUNTED,
     Blocks,
@@ -207,7 +207,9 @@ class PairBound:
 
     def _by_start(self, multipliers: NDArray[np.float64]) -> NDArray[np.float64]:
         """The bound on all sequences that begin with each start, after ``evaluate``."""
-        return by_start(self.blocks, self.block_costs, self.ends, multipliers, self.value)
+        out = roots(self.blocks, self.ends, self.value)
+        settle_visits(self.blocks, self.block_costs, self.ends, multipliers, out)
+        return out
 
     def fix_states(self, cut: float) -> None:
         """Leave out the states that no sequence below ``cut`` passes through.

@@ -26,7 +26,7 @@ def evaluate(
 
     Infinite after a toolpath that may not be printed so.
     """
-    arc, priced, passing = paid.arc, block_costs.jumps.priced, paid.passing
+    arc, passing = paid.arc, paid.passing
     rest = np.empty((most_steps(blocks), 2))
     onward = np.empty(len(rest), np.int64)
     allowed, barred = blocks.allowed, False
@@ -50,17 +50,17 @@ def evaluate(
                 onward[j], rest[j, 0], rest[j, 1] = v, a, b
                 for f in range(2):
                     at, behind = low + v + f, rest[j, f]
-                    from_left = min(from_left, way_cost(paid, priced, ENTER_LEFT, at, in_left) + behind)
-                    from_right = min(from_right, way_cost(paid, priced, ENTER_RIGHT, at, in_right) + behind)
+                    from_left = min(from_left, way_cost(paid, ENTER_LEFT, at, in_left) + behind)
+                    from_right = min(from_right, way_cost(paid, ENTER_RIGHT, at, in_right) + behind)
             at = blocks.value_start[s]
             value[at] = min(from_left, from_right + block_costs.cross[k])
             value[at + 1] = min(from_right, from_left + block_costs.cross[k])
             for x in range(at + OUTSIDE, blocks.value_start[s + 1], 2):
                 u = blocks.value_path[x]
                 for f in range(2):
-                    way = way_cost(paid, priced, LEAVE_LEFT, low + u + f, out_left)
+                    way = way_cost(paid, LEAVE_LEFT, low + u + f, out_left)
                     leave = value[at] + way
-                    way = way_cost(paid, priced, LEAVE_RIGHT, low + u + f, out_right)
+                    way = way_cost(paid, LEAVE_RIGHT, low + u + f, out_right)
                     value[x + f] = min(leave, value[at + 1] + way)
                 a, b = value[x], value[x + 1]
                 row = block_costs.arc_start[k] + u * stride
@@ -134,7 +134,7 @@ def _finish(
         # It may go out either way and pass over to where the sequence ends.
         for way in range(LEAVE_RIGHT + 1):
             passing = paid.passing[way, blocks.end_set[final, way]]
-            cost = way_cost(paid, block_costs.jumps.priced, way, low + u, passing)
+            cost = way_cost(paid, way, low + u, passing)
             value[x] = min(value[x], value[at + way] + cost)
 
 

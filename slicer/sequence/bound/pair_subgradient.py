@@ -32,7 +32,6 @@ def add_subgradient(
 ) -> None:
     """Walk the cheapest walk of every block from a start; add to ``subgradient`` how the bound grows with the
     multipliers."""
-    priced = block_costs.jumps.priced
     settle_in_subgradient(blocks, block_costs, ends, start, subgradient)
     for k in range(len(blocks.state_start) - 1):
         low = 2 * blocks.path_start[k]
@@ -52,7 +51,7 @@ def add_subgradient(
                 # Going outside and coming back is two steps of the walk, at the same state.
                 for side in range(2):
                     way = LEAVE_LEFT + side
-                    cost = way_cost(paid, priced, way, low + u, paid.passing[way, blocks.end_set[s, side]])
+                    cost = way_cost(paid, way, low + u, paid.passing[way, blocks.end_set[s, side]])
                     if value[x] == value[at + side] + cost:
                         _pay_way(blocks, block_costs, paid, s, way, low + u, subgradient)
                         x, u = at + side, NONE
@@ -71,7 +70,7 @@ def add_subgradient(
             at = blocks.value_start[final]
             for side in range(2):
                 way = LEAVE_LEFT + side
-                cost = way_cost(paid, priced, way, low + u, paid.passing[way, blocks.end_set[final, side]])
+                cost = way_cost(paid, way, low + u, paid.passing[way, blocks.end_set[final, side]])
                 if value[x] == value[at + side] + cost:
                     _pay_way(blocks, block_costs, paid, final, way, low + u, subgradient)
                     break
@@ -106,7 +105,7 @@ def _next(
                 continue
             for way in (ENTER_LEFT, ENTER_RIGHT):
                 passing = paid.passing[way, blocks.end_set[s, way - ENTER_LEFT]]
-                cost = way_cost(paid, block_costs.jumps.priced, way, low + v, passing) + w
+                cost = way_cost(paid, way, low + v, passing) + w
                 if way - ENTER_LEFT != side:
                     cost += block_costs.cross[k]
                 if cost < best:
@@ -127,7 +126,7 @@ def _pay_way(
     """Note that state s is left, or entered, by a way."""
     if block_costs.price_at[way, at] >= 0:
         subgradient[block_costs.price_at[way, at]] += block_costs.price_sign[way, at]
-    if not block_costs.jumps.priced[way, at]:
+    if paid.most[way, at] == np.inf:
         return
     down_set = blocks.end_set[s, way & 1]
     if between(paid, way, at, down_set):

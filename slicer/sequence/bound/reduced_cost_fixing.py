@@ -32,7 +32,7 @@ def bound_through_states(
         value: what ``evaluate`` has filled in.
         by_start: what ``roots`` gives for it.
     """
-    arc, priced, passing = paid.arc, block_costs.jumps.priced, paid.passing
+    arc, passing = paid.arc, paid.passing
     reached = np.empty(len(value))
     for x in range(len(value)):
         reached[x] = np.inf
@@ -54,9 +54,9 @@ def bound_through_states(
             in_left, in_right = passing[ENTER_LEFT, over_first], passing[ENTER_RIGHT, over_last]
             for x in range(at + OUTSIDE, end):
                 u = low + blocks.value_path[x]
-                way = way_cost(paid, priced, LEAVE_LEFT, u, passing[LEAVE_LEFT, over_first])
+                way = way_cost(paid, LEAVE_LEFT, u, passing[LEAVE_LEFT, over_first])
                 reached[at] = min(reached[at], reached[x] + way)
-                way = way_cost(paid, priced, LEAVE_RIGHT, u, passing[LEAVE_RIGHT, over_last])
+                way = way_cost(paid, LEAVE_RIGHT, u, passing[LEAVE_RIGHT, over_last])
                 reached[at + 1] = min(reached[at + 1], reached[x] + way)
             from_left = min(reached[at], reached[at + 1] + block_costs.cross[k])
             from_right = min(reached[at + 1], reached[at] + block_costs.cross[k])
@@ -66,8 +66,8 @@ def bound_through_states(
                     if not blocks.allowed[low + v]:
                         continue
                     to = blocks.move_value[m] + f
-                    best = from_left + way_cost(paid, priced, ENTER_LEFT, low + v, in_left)
-                    best = min(best, from_right + way_cost(paid, priced, ENTER_RIGHT, low + v, in_right))
+                    best = from_left + way_cost(paid, ENTER_LEFT, low + v, in_left)
+                    best = min(best, from_right + way_cost(paid, ENTER_RIGHT, low + v, in_right))
                     for x in range(at + OUTSIDE, end):
                         cost = arc[block_costs.arc_start[k] + blocks.value_path[x] * stride + v]
                         detours = detour_row(blocks, block_costs, s, x)

@@ -13,7 +13,6 @@ from slicer.kernels import bare_kernel, inner_kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, Paid
 from slicer.sequence.bound.pair_costs import BlockCosts
-from slicer.sequence.bound.pair_dp import roots
 from slicer.sequence.states import Blocks
 
 
@@ -41,19 +40,6 @@ def charge_visits(
             row = block_costs.arc_start[k] + a * stride
             for b in range(stride):
                 arc[row + b] += multipliers[visits + ((low + b) >> 1)]
-
-
-def by_start(
-    blocks: Blocks,
-    block_costs: BlockCosts,
-    ends: Ends,
-    multipliers: NDArray[np.float64],
-    value: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """float64 (k,), the bound on all sequences that begin with each start, after ``pair_dp.evaluate``."""
-    out = roots(blocks, ends, value)
-    settle_visits(blocks, block_costs, ends, multipliers, out)
-    return out
 
 
 @bare_kernel

@@ -51,7 +51,7 @@ def shares(bound: PairBound, way: int, at: int, column: int) -> np.ndarray:
     number = costs.price_at[way, at]
     price = costs.price_sign[way, at] * bound.best[number] if number >= 0 else 0.0
     passing = paid.passing[way, bound.sets.start[column] : bound.sets.start[column + 1]]
-    if not costs.jumps.priced[way, at]:
+    if np.isinf(costs.jumps.most[way, at]):
         return np.full(len(passing), paid.ways[way, at] - price)
     return np.clip(paid.ways[way, at] + passing, paid.least[way, at], paid.most[way, at]) - price
 
@@ -123,7 +123,9 @@ def test_the_slope_is_that_of_the_bound(seed, objective):
 def test_they_raise_the_bound_in_seconds():
     bound, without = walk(1, PAPER, 0.2), walk(1, PAPER, 0.2)
     costs = without.block_costs
-    costs.jumps.most[costs.jumps.priced] = costs.ways[costs.jumps.priced]  # as if all jumps went farther
+    costs.jumps.most[:] = np.where(
+        np.isinf(costs.jumps.most), np.inf, costs.ways
+    )  # as if all jumps went farther
     target = solve(Problem.build(bound.section.segments), objective=PAPER, effort="quick").cost
     for one in (bound, without):
         one.improve(target, step_lengths(40))

@@ -77,7 +77,7 @@ def test_equals_the_bound_that_holds_all_states(seed, first):
     held.best[: prices.start] = 0.0
     held.best[prices].reshape(4, -1)[:, oriented] = bound.price
     # It knows nothing of who jumps where.
-    costs.jumps.most[costs.jumps.priced] = costs.ways[costs.jumps.priced]
+    costs.jumps.most[:] = np.where(np.isinf(costs.jumps.most), np.inf, costs.ways)
     held.use_best_multipliers()
     expected = roots(held.blocks, held.ends, held.value).min()
     assert evaluated(bound, bound.price)[0] == pytest.approx(expected, abs=1e-9)
