@@ -11,6 +11,8 @@ from slicer.travel import STILL_MM
 
 ALONG_MM = 0.02
 """A hop whose ends and middle are no farther from one toolpath runs along it."""
+ROUNDING_MM = 1e-6
+"""A toolpath whose ends are no farther from a hop lies in it, as halves of a hatch line parted by a hole."""
 
 
 def joinable(
@@ -98,10 +100,14 @@ def fewest_beads(segments: NDArray[np.float64], join_mm: float, ends: NDArray[np
 
 
 def _over_toolpaths(segments: NDArray[np.float64], hops: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The places of the hops (q, 2, 2) that cross a toolpath, or run along one."""
+    """The places of the hops (q, 2, 2) that cross a toolpath, run along one, or along the whole of one."""
     lines = shapely.linestrings(segments)
-    tree = shapely.STRtree(lines)
-    crossing, _ = tree.query(shapely.linestrings(hops), predicate="crosses")
+    tree, ways = shapely.STRtree(lines), shapely.linestrings(hops)
+    crossing, _ = tree.query(ways, predicate="crosses")
+    # A hop begins and ends where toolpaths do, so that it goes along a whole toolpath or all along one.
+    over, covered = tree.query(ways, predicate="dwithin", distance=ROUNDING_MM)
+    apart = shapely.distance(ways[over][:, None], shapely.points(segments[covered]))
+    over = over[(apart <= ROUNDING_MM).all(axis=1)]
     hop, toolpath = tree.query(shapely.points(hops.mean(axis=1)), predicate="dwithin", distance=ALONG_MM)
     ends = shapely.distance(shapely.points(hops[hop]), lines[toolpath][:, None])
-    return np.union1d(crossing, hop[(ends <= ALONG_MM).all(axis=1)])
+    return np.unique(np.concatenate([crossing, over, hop[(ends <= ALONG_MM).all(axis=1)]]))

@@ -5,12 +5,13 @@ import itertools
 import numpy as np
 import pytest
 from fields import grids
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Point
 
 from slicer.cutting.hindering import hindering
 from slicer.errors import CycleError
+from slicer.grid import Grid
 from slicer.hatch import hatch
 from slicer.joins import fewest_beads, joinable
 from slicer.nozzle import POINT, NozzleBody
@@ -22,8 +23,24 @@ bodies = st.sampled_from(
 )
 
 
+def halved_lines() -> Grid:
+    """A tile whose hatch lines are parted by a hole: a hop may go over the hole and along a whole half."""
+    width, height = 0.7, 1.3
+    outer = [(0.05 * width, 0.0), (width, 0.1 * height), (0.9 * width, height), (0.0, 0.8 * height)]
+    turns = np.linspace(0, 2 * np.pi, 7)[:-1]
+    hole = [(0.35 + 0.119 * np.cos(t), 0.65 + 0.119 * np.sin(t)) for t in turns]
+    return Grid(
+        np.array([[1.72]]),
+        np.array([[0.25]]),
+        (width, height),
+        outline_mm=[[outer, hole]],
+        min_length_mm=0.05,
+    )
+
+
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 @given(grids(max_tiles=2), bodies, st.integers(0, 3))
+@example(halved_lines(), POINT, 2)
 def test_a_join_hinders_nothing_that_comes_later(grid, body, seed):
     segments = hatch(grid).segments
     assume(1 < len(segments) <= 80)
@@ -46,7 +63,9 @@ def test_a_join_hinders_nothing_that_comes_later(grid, body, seed):
         line = LineString(hop)
         points = [Point(*hop[0]), Point(*hop[1]), Point(*hop.mean(axis=0))]
         crosses = any(
-            line.crosses(LineString(other)) or all(LineString(other).distance(q) <= 0.02 for q in points)
+            line.crosses(LineString(other))
+            or all(LineString(other).distance(q) <= 0.02 for q in points)
+            or all(line.distance(Point(*q)) <= 1e-6 for q in other)
             for other in segments
         )
         in_the_way = hindering(body, np.ascontiguousarray(np.concatenate([hop[None], later])))[0].any()
