@@ -7,7 +7,12 @@ They keep to the precedence inside a block of columns, and leave out what joins 
 from slicer.sequence.bound.nearby import PACE
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.relaxed_bound import raise_relaxed_bound
-from slicer.sequence.bound.streamed_ascent import climb, open_streamed_bound, raise_streamed_bound
+from slicer.sequence.bound.streamed_ascent import (
+    climb,
+    is_streamable,
+    open_streamed_bound,
+    raise_streamed_bound,
+)
 from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.bound.streamed_columns import Layout
 from slicer.sequence.bound.streamed_states import StateValues
@@ -22,6 +27,7 @@ __all__ = [
     "StreamedBound",
     "TreeBound",
     "climb",
+    "is_streamable",
     "open_streamed_bound",
     "raise_cheap_bound",
     "raise_relaxed_bound",

@@ -165,10 +165,10 @@ def price_jumps(
         jumps: they.
         far: as ``jumps_over_seams`` was given it.
         multipliers: prices among them.
-        paid: its ``ways``, ``far`` included, are changed in place, and all else but ``arc`` is filled in.
+        paid: its ``ways``, ``least`` and ``most``, ``far`` included, are changed in place for jumps, and
+            ``passing`` and ``source`` filled in.
     """
     paid.source[:] = -1
-    paid.least[:], paid.most[:] = -np.inf, np.inf
     for s in range(blocks.down_sets):
         for direction in range(2):
             price = multipliers[passing_price(blocks, jumps, LEAVE_LEFT + direction, s)]

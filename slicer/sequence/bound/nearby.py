@@ -7,7 +7,7 @@ rise among such states as they would among all, in a fraction of the time.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from slicer.sequence.bound.detours import still_there
 from slicer.sequence.bound.ends import Ends, find_ends
@@ -26,10 +26,14 @@ class Climbed(NamedTuple):
     ends: Ends
 
 
-def near_states(section: Section, sets: DownSets, blocks: Blocks, pace: float) -> NDArray[np.bool_]:
-    """bool (s,), the states whose neighbouring columns are at most ``pace`` toolpaths apart, on average."""
-    slack = pace * section.columns / section.n
-    if slack >= 1.0:
+def near_states(section: Section, sets: DownSets, blocks: Blocks, pace: ArrayLike) -> NDArray[np.bool_]:
+    """bool (s,), the states whose neighbouring columns are at most ``pace`` toolpaths apart, on average.
+
+    Args:
+        pace: float, or (b,) for each block.
+    """
+    slack = np.broadcast_to(np.asarray(pace) * section.columns / section.n, blocks.blocks)
+    if (slack >= 1.0).all():
         return np.ones(len(blocks.dense), np.bool_)
     done = [size / size[-1] for size in set_sizes(sets)]
     out = np.empty(len(blocks.dense), np.bool_)
@@ -38,11 +42,11 @@ def near_states(section: Section, sets: DownSets, blocks: Blocks, pace: float) -
         columns = range(int(blocks.bounds[k]), int(blocks.bounds[k + 1]) + 1)
         at = np.unravel_index(blocks.dense[states], blocks.shape(k, sets))
         shares = np.array([done[c][i] for c, i in zip(columns, at, strict=True)])
-        out[states] = (np.abs(np.diff(shares, axis=0)) <= slack).all(axis=0)
+        out[states] = (np.abs(np.diff(shares, axis=0)) <= slack[k]).all(axis=0)
     return out
 
 
-def nearby(section: Section, sets: DownSets, whole: Climbed, pace: float) -> Climbed | None:
+def nearby(section: Section, sets: DownSets, whole: Climbed, pace: ArrayLike) -> Climbed | None:
     """Those of ``whole`` that are ``near_states``; None if these are all, or if no walk keeps to them."""
     blocks = whole.blocks
     near = near_states(section, sets, blocks, pace)

@@ -18,7 +18,7 @@ class Paid(NamedTuple):
         arc: float64, for each travel inside a block, numbered as ``BlockCosts.direct``.
         ways: float64 (4, p), for each way of leaving or entering, as ``BlockCosts.ways``; for a jump, without
             what depends on the column that it passes over.
-        least, most: float64 (4, p), no less and no more than these is paid for a jump; infinite for others.
+        least, most: float64 (4, p), no less and no more than these is paid; as ``ways`` where it is no jump.
         passing: float64 (4, d), what is added to a jump at each down-set of the column that it passes over.
         source: int32 (4, p), the price at the end that a jump leaves: leaving grows with it, entering falls;
             -1 for others.
@@ -41,10 +41,7 @@ def way_cost(paid: Paid, way: int, at: int, passing: float) -> float:
         way, at: how, and the toolpath in the numbers of all blocks.
         passing: ``Paid.passing`` of that way at the down-set of the column on that side.
     """
-    cost, most = paid.ways[way, at], paid.most[way, at]
-    if most < np.inf:
-        return float(max(paid.least[way, at], min(cost + passing, most)))
-    return float(cost)
+    return float(max(paid.least[way, at], min(paid.ways[way, at] + passing, paid.most[way, at])))
 
 
 @inner_kernel

@@ -21,6 +21,7 @@ from slicer.sequence.bound.subgradient_ascent import Ascent, ascend, begin_ascen
 from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import (
     COUNTED,
+    OUTSIDE,
     Blocks,
     DownSets,
     Section,
@@ -34,8 +35,12 @@ from slicer.sequence.states import (
 RELATIVE_EPS = 1e-9
 LEAST_COST = 1e-9
 """The ascent takes a sequence to cost this much at least."""
-LOST = 0.1
-"""The part of the gap by which all states may bring down a bound among some, before all are looked at."""
+LONG = 5.0
+"""A travel that costs so many times the mean is long: good sequences hardly have any."""
+LOST = 0.05
+"""The part of the gap by which all states may bring down a bound among some, before more are looked at."""
+LOSES = 0.05
+"""A block that has this part of what all lose by that is among those where more are looked at."""
 
 
 @dataclass(eq=False)
@@ -50,7 +55,8 @@ class PairBound:
         value: float64, the least cost to the end of the block from each value of ``blocks``; that of
             ``best`` after ``use_best_multipliers`` alone, scratch while the bound rises.
         pace: how many toolpaths neighbouring columns are apart at most in the states that the ascent looks
-            at, see ``nearby``; infinite for all states. ``bound`` holds for all in any case.
+            at, see ``nearby``, of all blocks or of each; infinite for all states. ``bound`` holds for all in
+            any case.
     """
 
     section: Section
@@ -62,7 +68,7 @@ class PairBound:
     bound: float = -np.inf
     paid: Paid = field(init=False)
     value: NDArray[np.float64] = field(init=False)
-    pace: float = np.inf
+    pace: float | NDArray[np.float64] = np.inf
     _ascent: Ascent | None = None
     _climbed: Climbed | None = None
 
@@ -134,16 +140,21 @@ class PairBound:
         """The skylines that a search needs; the bound itself is on direct travels unless it sees walls."""
         return skylines(self.section, self.sets)
 
-    def see_walls(self, most: float) -> None:
+    def see_walls(self, cost: float) -> None:
         """Price travels inside blocks as they are made over what is printed, where that can be known.
 
-        A travel that costs more than ``most`` directly stays at that price: few of many are so long. So do
-        those of states of columns that are farther apart than ``PACE``: few walks pass there.
+        Long travels stay at their direct price, since a sequence that costs no more than ``cost`` hardly has
+        any, and those of states of columns that are farther apart than ``PACE``: few walks pass there.
         """
         if self.section.routed and not (self.sets.corridor == COUNTED).any():
             near = near_states(self.section, self.sets, self.blocks, PACE)
             start, detour = measure_detours(
-                self.section, self.sets, self.blocks, self.block_costs, self.sky, Measured(near, most)
+                self.section,
+                self.sets,
+                self.blocks,
+                self.block_costs,
+                self.sky,
+                Measured(near, LONG * cost / self.section.n),
             )
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
             self._climbed = None
@@ -177,15 +188,28 @@ class PairBound:
         if bound > self.bound:
             self.bound, self.best = bound, self._ascent.best.copy()
         if not whole and (at_rest or found - bound > LOST * (target - bound)):
-            self._widen()
+            self._widen(value)
+            # It goes on from where it is: what its multipliers overlook are those states alone.
+            self._ascent.bound[0] = -np.inf
             return self.bound >= target
         return at_rest or self.bound >= target
 
-    def _widen(self) -> None:
-        """Let the ascent look at states of columns that are farther apart."""
-        self.pace *= 2.0
+    def _widen(self, value: NDArray[np.float64]) -> None:
+        """Let the ascent look at states of columns that are farther apart, in the blocks that pass there.
+
+        Args:
+            value: room for the values of ``climbed``; those of all states at the same multipliers are known.
+        """
+        blocks, costs, ends = self.climbed
+        evaluate(blocks, costs, ends, self.paid, value)
+        lost = np.zeros(blocks.blocks)
+        for side in range(OUTSIDE):
+            near = value[blocks.value_start[blocks.state_start[:-1]] + side]
+            far = self.value[self.blocks.value_start[self.blocks.state_start[:-1]] + side]
+            lost = np.maximum(lost, np.subtract(near, far, out=np.zeros_like(near), where=np.isfinite(far)))
+        wider = lost > LOSES * lost.sum()
+        self.pace = np.where(wider | ~wider.any(), 2.0, 1.0) * self.pace
         self._climbed = None
-        self._go_on()
 
     def _go_on(self) -> None:
         """Let the ascent begin anew at the best multipliers."""

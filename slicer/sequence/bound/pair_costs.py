@@ -263,6 +263,7 @@ def apply_multipliers(
             ways[way, at] = block_costs.ways[way, at]
             if block_costs.price_at[way, at] >= 0:
                 ways[way, at] += block_costs.price_sign[way, at] * multipliers[block_costs.price_at[way, at]]
+            paid.least[way, at] = paid.most[way, at] = ways[way, at]
     price_jumps(blocks, block_costs.jumps, block_costs.ways, multipliers, paid)
     prices = multipliers[block_costs.pair_start[-1] : block_costs.visits].reshape(4, -1)
     for k in range(count):

@@ -126,7 +126,7 @@ def _pay_way(
     """Note that state s is left, or entered, by a way."""
     if block_costs.price_at[way, at] >= 0:
         subgradient[block_costs.price_at[way, at]] += block_costs.price_sign[way, at]
-    if paid.most[way, at] == np.inf:
+    if paid.source[way, at] < 0:
         return
     down_set = blocks.end_set[s, way & 1]
     if between(paid, way, at, down_set):

@@ -20,8 +20,8 @@ STEPS = {"quick": 20, "default": 40, "high": 100}
 MOST_STEPS = 120
 COUNTED_PACE = 40.0
 """``PACE`` where steep tiles are printed one after the other."""
-AT_ONCE = 6
-"""Steps between two looks at all states, or more where those would take longer than the steps,"""
+AT_ONCE, PER_LOOK = 6, 2
+"""Steps between two looks at all states, or so many times as many as take as long as a look,"""
 MOST_BETWEEN = 2_500_000_000
 """but no more than look at so many travels: the clock is asked then, too."""
 USEFUL_STEPS, LEAST_STEPS = 45, 6
@@ -60,11 +60,12 @@ def _raise_by_counts(search: Search) -> bool:
     if LEAST_STEPS * arcs > STRETCH * most:
         return False
     bound = PairBound.over(section, sets, cover(sets))
+    bound.see_walls(search.cost)
     bound.pace = PACE if sets.complete else COUNTED_PACE
     arcs = max(1, bound.climbed.blocks.arcs)
     useful = min(USEFUL_STEPS, STRETCH * most // arcs)
     steps = int(np.clip(most // arcs, max(LEAST_STEPS, useful), MOST_STEPS))
-    at_once = max(1, min(max(AT_ONCE, bound.blocks.arcs // arcs), MOST_BETWEEN // arcs))
+    at_once = max(1, min(max(AT_ONCE, PER_LOOK * bound.blocks.arcs // arcs), MOST_BETWEEN // arcs))
     lengths, looked_at = step_lengths(steps), 0
     for done in range(0, steps, at_once):
         if looked_at > STRETCH * most or search.proved or search.should_stop():

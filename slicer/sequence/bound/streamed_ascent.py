@@ -11,7 +11,7 @@ from slicer.sequence.bound.nearby import PACE
 from slicer.sequence.bound.streamed_bound import EVERYTHING, StreamedBound
 from slicer.sequence.bound.subgradient_ascent import step_lengths
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Section, all_down_sets, extent, join_tied_columns
+from slicer.sequence.states import DownSets, Section, all_down_sets, extent, join_tied_columns
 
 MOST_DOWN_SETS = 6_000
 """A column with more has too many for a bound."""
@@ -28,6 +28,7 @@ AGAIN_STEPS, AGAIN_GAP = 20, 0.005
 TOLERANCE = 3e-3
 """The part of the cost by which all states may bring the bound down before the corridor is too narrow."""
 MOST_ROUNDS = 3
+TOO_MANY = "columns with too many down-sets for a bound"
 
 
 def open_streamed_bound(search: Search) -> StreamedBound | None:
@@ -35,6 +36,23 @@ def open_streamed_bound(search: Search) -> StreamedBound | None:
 
     For straight travel alone: other objectives it does not price. None as well where time ran out.
     """
+    found = _down_sets(search)
+    if found is None or search.should_stop():
+        return None
+    bound = StreamedBound(*found)
+    if max(int(states.size.max()) for states in bound.states) > MOST_VALUES:
+        search.report(TOO_MANY)
+        return None
+    return bound
+
+
+def is_streamable(search: Search) -> bool:
+    """Whether a search for straight travel has a streamed bound, as far as its columns tell."""
+    return _down_sets(search) is not None
+
+
+def _down_sets(search: Search) -> tuple[Section, DownSets] | None:
+    """What is ordered and all down-sets of its columns; None where those are too many, or columns too few."""
     if search.objective.routed or search.should_stop():
         return None
     section = join_tied_columns(Section.whole(search.problem, search.objective))
@@ -43,19 +61,13 @@ def open_streamed_bound(search: Search) -> StreamedBound | None:
         return None
     sets = all_down_sets(section, MOST_DOWN_SETS)
     if sets is None:
-        search.report("columns with too many down-sets for a bound")
+        search.report(TOO_MANY)
         return None
     arcs = extent(sets, np.arange(section.columns, dtype=np.int32))[1]
     if arcs > STRETCH * ARCS[search.effort]:
         search.report("a sheet too large for a bound with this effort")
         return None
-    if search.should_stop():
-        return None
-    bound = StreamedBound(section, sets)
-    if max(int(states.size.max()) for states in bound.states) > MOST_VALUES:
-        search.report("columns with too many down-sets for a bound")
-        return None
-    return bound
+    return section, sets
 
 
 def climb(search: Search, bound: StreamedBound, *, again: bool = False) -> bool:

@@ -9,9 +9,6 @@ from slicer.sequence.layered.work_budget import WorkBudget
 from slicer.sequence.problem import Search
 from slicer.sequence.states import Section, widest_joined_corridor
 
-LONG = 5.0
-"""A travel that costs so many times the mean is long: good sequences hardly have any."""
-
 
 def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, bool] | None:
     """The bound over the widest corridor around the best sequence, and whether nothing was left out of it.
@@ -27,7 +24,7 @@ def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, boo
         search.report("windows")
         return None
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
-    bound.see_walls(LONG * search.cost / search.problem.n)
+    bound.see_walls(search.cost)
     bound.pace = PACE
     return bound, corridor.complete
 

@@ -13,8 +13,14 @@ from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.layered.streamed_layers import REACH, advance, best_of, new_beam
 from slicer.sequence.problem import Search
 
-WIDTHS = {"quick": (10, 30), "default": (30, 100), "high": (30, 100, 300)}
-"""Nodes of a layer, of one beam after the other; how wide they may be goes with the size of the sheet."""
+WIDTHS = {
+    "quick": ((10, 0.0), (30, 0.0)),
+    "default": ((30, 0.0), (100, 0.0), (300, 0.03)),
+    "high": ((30, 0.0), (100, 0.0), (300, 0.0)),
+}
+"""Nodes of a layer, of one beam after the other, and the part of the cost that must be left to gain for it.
+How wide they may be goes with the size of the sheet.
+"""
 MOST_SUCCESSORS = {"quick": 30_000_000, "default": 150_000_000, "high": 1_500_000_000}
 """Of all layers of a beam, at about 0.15 µs each."""
 MOST_COLUMNS, BAND_COLUMNS = 64, 24
@@ -23,7 +29,7 @@ printed one after the other.
 
 On 40x40 tiles beams end 1 to 3 % above the optimum, on 100x100 above all that local search starts from.
 """
-BAND_WIDTHS, BAND_GAP = (10, 5, 20, 30), 0.05
+BAND_WIDTHS = ((10, 0.0), (5, 0.0), (20, 0.0), (30, 0.05))
 """In bands several narrow beams, the widest if more is left to gain: on 20x100 tiles wide ones are no better.
 
 Of the first fifth of 100x100 10, 20, 30, 45 and 100 nodes come to 2191, 2626, 2503, 2514 and 2248 mm.
@@ -51,8 +57,8 @@ def streamed_beam(search: Search) -> StreamedBound | None:
     return bound if in_time else None
 
 
-def _beams(search: Search, bound: StreamedBound, widths: tuple[int, ...], gap: float = 0.0) -> bool:
-    """Beams of these widths over a whole sheet, the dear ones only while more than a gap is left to gain.
+def _beams(search: Search, bound: StreamedBound, widths: tuple[tuple[int, float], ...]) -> bool:
+    """Beams of these widths over a whole sheet, each while enough is left to gain, see ``WIDTHS``.
 
     Nothing is searched where the corridor has no start, or is too large to be held. False where time ran out.
     """
@@ -60,11 +66,11 @@ def _beams(search: Search, bound: StreamedBound, widths: tuple[int, ...], gap: f
     if known is None or not bound.near_starts:
         return not search.should_stop()
     n = search.problem.n
-    for width in widths:
+    for width, least_gap in widths:
         successors = width * n * min(bound.columns, 2 * REACH + 1) * SUCCESSORS_PER_COLUMN
-        enough = search.near_enough or search.lower_bound >= (1.0 - gap) * search.cost
-        most = FEW_SUCCESSORS if enough else MOST_SUCCESSORS[search.effort]
-        if search.proved or successors > most:
+        most = FEW_SUCCESSORS if search.near_enough else MOST_SUCCESSORS[search.effort]
+        enough = search.proved or search.lower_bound > (1.0 - least_gap) * search.cost
+        if enough or successors > most:
             break
         beam = new_beam(bound.layout, bound.near_starts, width)
         at = 0
@@ -109,7 +115,7 @@ def _bands(search: Search, bound: StreamedBound) -> bool:
         if inner is not None:  # a single column is short of that
             inner.price = inner.best = price[:, here[inner.oriented]] * inner.inner
             if climb(part, inner, again=True):
-                _beams(part, inner, BAND_WIDTHS, BAND_GAP)
+                _beams(part, inner, BAND_WIDTHS)
         if search.should_stop():
             return False
         search.nodes_visited += part.nodes_visited

@@ -3,40 +3,65 @@
 What a travel costs over the skyline depends on all that was printed before. Greedy, local search, trees and
 ants see the straight travel instead, once by its length and once by its time; what they find is refined by
 its true cost. (Exact, beam and windows carry the skyline when they work for time.)
-Where little time is given, the goal's own kind comes first. Where that one has a bound, the
-other one takes more seconds than it brings (on muscle_us_8x8 and dti 10x10 nothing, on 10x10_s1 0.8 s of
-travel in 26 s), so only "high" looks there; and what follows is done where the bound leaves enough to gain.
-Where down-sets are too many to be enumerated, or toolpaths for a beam to see far, nothing sees walls before
+Where little time is given, the goal's own kind comes first, up to so many toolpaths as a proof is tried for.
+Where that one has a bound, the other one takes more seconds than it brings, so only "high" looks there; and
+what follows is done where the bound leaves enough to gain.
+The bound by time leads beams badly on more than that, while that by length is tight: beams over a sheet that
+is stretched until a short way up it is as long as it is dear end at 193 s of travel on 20x20 tiles, which
+windows and exchanges bring to 181.5; from the shortest sequence of the sheet as it is they come to 184.1, and
+from beams by time to 195 and more. Where down-sets are too many to be enumerated nothing sees walls before
 the refinement, and sequences that are short by length are the better ones to refine: ihc_8x8 comes to 32.3 s
 of travel by length alone or with the other kind beside it, which takes three times as long, and to 35.5 by
-direct time. Refinement gains more per second there than a longer search by length: on 20x20 tiles that one
-saves 7 s of travel in 47 s of work.
+direct time; stretching it makes no difference there. Refinement gains more per second than a longer search by length.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.bound import raise_relaxed_bound
-from slicer.sequence.construct import hill_climbs
-from slicer.sequence.layered import window_search
+from slicer.sequence.bound import is_streamable, raise_relaxed_bound
+from slicer.sequence.construct import hill_climbs, start_along_levels
+from slicer.sequence.layered import beam, streamed_beam, window_search
 from slicer.sequence.local_search import refine
-from slicer.sequence.portfolio.automatic import enumerable
-from slicer.sequence.problem import Method, ObjectiveName, Search
+from slicer.sequence.portfolio.automatic import CARRY_UP_TO, enumerable
+from slicer.sequence.problem import Method, ObjectiveName, Search, direct_cost, pitch
 
 SURROGATES: tuple[ObjectiveName, ...] = ("straight", "time")
 """Objectives that do not need the skyline, or are taken without it."""
 WINDOW_WORK = {"quick": 1_000, "default": 14_000, "high": 20_000}
 """Work of the windows for each toolpath, see ``WorkBudget``."""
+WORK_AFTER_BEAMS = WINDOW_WORK | {"default": 7_000}
+"""The same where beams have seen the whole sheet: on 20x20 twice as much brings 0.2 s of travel in 8 s."""
 REFINE_S = 5e-3
 """Seconds that windows and exchanges by the true cost take for each toolpath."""
 OWN_UP_TO = 1_400
-"""Toolpaths up to which a bound by the goal's own cost guides a beam well enough: 10x10 tiles end at 46.8 s
-of travel so and at 47.4 s from the shortest sequence, 20x20 at 205 and 191 s.
-"""
+"""Toolpaths up to which a bound by the goal's own cost leads a beam well enough."""
+MOST_UPWARDS = 8.0
+"""No sheet is stretched by more, nor pressed together."""
 FIRST_SHARE = 0.5
 """Of a time limit, what the first search may take, so that something is left to refine what it finds."""
+
+
+class Stage(NamedTuple):
+    """A search for good sequences by a cost that does not look at what is printed.
+
+    Attributes:
+        objective: what it is for.
+        method: what searches.
+        effort: of that search.
+        work: of the windows over what it finds, for each toolpath.
+        upwards: how many times the sheet is stretched.
+        onward: what searches by the true cost while what is found is refined; or None.
+    """
+
+    objective: ObjectiveName
+    method: Method
+    effort: str
+    work: int
+    upwards: float = 1.0
+    onward: Method | None = None
 
 
 def search_by_surrogates(
@@ -58,20 +83,15 @@ def search_by_surrogates(
         windows: whether windows, which carry the skyline, go over it before and after.
         enumerating: whether the method enumerates down-sets where that can be done.
     """
-    own: ObjectiveName = "time" if search.objective.unit == "s" else "straight"
-    surrogates: list[ObjectiveName] = [own]
-    effort, carried = search.effort, np.inf
+    carried = np.inf
     if not search.started:
         search.offer(next(hill_climbs(search)).oriented)
-    if enumerating and (search.problem.n > OWN_UP_TO or not enumerable(search)):
-        surrogates = ["straight"]
-        effort = "quick" if effort == "default" else effort
-    elif refined:
-        surrogates += [name for name in SURROGATES if name != own]
-    for k, name in enumerate(surrogates):
-        inner = search.surrogate(name, share=1.0 if k else FIRST_SHARE, effort=effort)
+    for k, stage in enumerate(_stages(search, method, refined=refined, enumerating=enumerating)):
+        inner = search.surrogate(
+            stage.objective, share=1.0 if k else FIRST_SHARE, effort=stage.effort, upwards=stage.upwards
+        )
         try:
-            method(inner)
+            stage.method(inner)
         finally:  # what it has found before Ctrl-C came
             search.absorb(inner.outcome())
         if inner.objective == search.objective:
@@ -79,13 +99,12 @@ def search_by_surrogates(
         # A proof needs a good sequence, whatever that takes.
         pays = carrying is not None or search.pays(REFINE_S * search.problem.n)
         if refined and pays:
-            aim = search.surrogate(search.objective.name)
-            for better in _refined(aim, inner.oriented, windows=windows):
+            for better in _refined(search, inner.oriented, stage, windows=windows):
                 search.offer(better)
                 search.report("true travels")
         if inner.stopped or search.should_stop():
             return
-        if search.near_enough or (name == own and inner.lower_bound > 0.0 and search.effort != "high"):
+        if search.near_enough or (search.lower_bound > 0.0 and search.effort != "high"):
             break  # see above
     # States know what is printed, so the carrying method sees the true cost of every travel. Where the goal
     # itself was searched, the method has come to it already, and once more pays only from a better sequence.
@@ -96,15 +115,54 @@ def search_by_surrogates(
         raise_relaxed_bound(search)
 
 
-def _refined(aim: Search, oriented: NDArray[np.int32], *, windows: bool) -> Iterator[NDArray[np.int32]]:
+def _stages(search: Search, method: Method, *, refined: bool, enumerating: bool) -> Iterator[Stage]:
+    """What is searched, one after the other, as long as the caller asks for more."""
+    effort, problem = search.effort, search.problem
+    own: ObjectiveName = "time" if search.objective.unit == "s" else "straight"
+    work = WINDOW_WORK[effort]
+    if not enumerating:
+        names = [own] + [name for name in SURROGATES if refined and name != own]
+        yield from (Stage(name, method, effort, work) for name in names)
+        return
+    first = problem.n <= (CARRY_UP_TO[effort] if problem.planar else OWN_UP_TO) and enumerable(search)
+    if first:
+        yield Stage(own, method, effort, work)
+    if problem.planar and is_streamable(search.surrogate("straight")):
+        led = method if effort == "high" else _beams
+        onward = beam if not first and effort == "default" and problem.n <= OWN_UP_TO else None
+        yield Stage("straight", led, effort, WORK_AFTER_BEAMS[effort], _upwards(search), onward)
+    else:
+        yield Stage("straight", method, "quick" if effort == "default" else effort, work)
+
+
+def _upwards(search: Search) -> float:
+    """How many times more a short travel costs up the sheet than across it."""
+    cost_model, hop = search.objective.cost_model, pitch(search.problem)
+    up, across = direct_cost(cost_model, 0.0, hop), direct_cost(cost_model, hop, 0.0)
+    return float(np.clip(up / across, 1.0 / MOST_UPWARDS, MOST_UPWARDS))
+
+
+def _beams(search: Search) -> None:
+    """What beams alone find: windows follow."""
+    start_along_levels(search)
+    streamed_beam(search)
+
+
+def _refined(
+    search: Search, oriented: NDArray[np.int32], stage: Stage, *, windows: bool
+) -> Iterator[NDArray[np.int32]]:
     """A sequence improved by the true cost of its travels, step by step.
 
     Windows find what exchanges do not and the other way round: on ihc_8x8 exchanges alone end at 35.5 s of
     travel, with windows after them at 33.0, before them at 32.6, and before and after at 31.9.
     """
-    work = WINDOW_WORK[aim.effort] * aim.problem.n
+    aim = search.surrogate(search.objective.name)
+    work = stage.work * aim.problem.n
     if windows:
         yield (oriented := window_search(aim, oriented, work=work))
     yield (oriented := refine(aim, oriented))
-    if windows:
+    if stage.onward is not None:
+        stage.onward(search)
+        oriented = search.oriented
+    if windows and not search.proved:
         yield window_search(aim, oriented, work=work)

@@ -5,7 +5,7 @@ that a method is given, when it stops, and its random numbers.
 from slicer.sequence.problem.checks import real_number, whole_number
 from slicer.sequence.problem.comparability import realizer
 from slicer.sequence.problem.directions import directed, start_of
-from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours
+from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours, pitch
 from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName, unit_of
 from slicer.sequence.problem.problem import REACH_MM, Problem, compressed
 from slicer.sequence.problem.random_numbers import Draws, draw, random_state, scrambled
@@ -49,6 +49,7 @@ __all__ = [
     "least_travel_cost",
     "leg_cost",
     "neighbours",
+    "pitch",
     "random_state",
     "real_number",
     "realizer",

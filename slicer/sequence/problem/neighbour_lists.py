@@ -48,8 +48,7 @@ def neighbours(problem: Problem, objective: Objective | None = None, count: int 
     points = problem.segments.reshape(-1, 2)
     near = points.copy()
     if len(points):
-        extent = np.ptp(points, axis=0)
-        pitch = float(np.sqrt(max(extent.prod(), extent.max() ** 2 * 1e-3, 1e-12) / len(points)))
+        extent, hop = np.ptp(points, axis=0), pitch(problem)
         cost_model = (objective or Objective()).cost_model
         across = direct_cost(cost_model, *extent)
         if not across <= DEAREST:
@@ -58,11 +57,18 @@ def neighbours(problem: Problem, objective: Objective | None = None, count: int 
                 f"{'s' if cost_model.timed else 'mm'}, but must not cost more than {DEAREST:g}. Look at the "
                 "speeds, accelerations and fixed time of the machine, and at the units of the sheet."
             )
-        near *= [direct_cost(cost_model, pitch, 0.0) / pitch, direct_cost(cost_model, 0.0, pitch) / pitch]
+        near *= [direct_cost(cost_model, hop, 0.0) / hop, direct_cost(cost_model, 0.0, hop) / hop]
     order = Order(realizer(problem), problem.planar, problem.succ_start, problem.succ)
     after = _nearest(near, problem.allowed, order, count, False)
     before = _nearest(near, problem.allowed, order, count, True)
     return Neighbours(after, before)
+
+
+def pitch(problem: Problem) -> float:
+    """About how far an end is from the next one, in mm: the side of its share of the sheet."""
+    points = problem.segments.reshape(-1, 2)
+    extent = np.ptp(points, axis=0)
+    return float(np.sqrt(max(extent.prod(), extent.max() ** 2 * 1e-3, 1e-12) / len(points)))
 
 
 class Order(NamedTuple):

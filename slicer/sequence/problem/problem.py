@@ -1,6 +1,6 @@
 """What every sequencing method is given: endpoints, precedence both ways, and the start."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -159,6 +159,13 @@ class Problem:
             int(inside[self.first]) if begins and self.first is not None else None,
             self.first_flipped if begins else None,
         )
+
+    def stretched(self, upwards: float) -> "Problem":
+        """The same with all heights times ``upwards``, so that one way up the sheet counts more than across.
+
+        What must be printed before what stays, and so every sequence is printable there that is so here.
+        """
+        return replace(self, segments=self.segments * np.array([1.0, upwards]))
 
     @property
     def n(self) -> int:

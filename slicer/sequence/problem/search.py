@@ -221,34 +221,44 @@ class Search:
             known = self.lower_bound if self.lower_bound > 0.0 or self.proved else None
             self.listener(Progress(stage, self.cost, known, self._best))
 
-    def surrogate(self, name: ObjectiveName, *, share: float = 1.0, effort: str | None = None) -> "Search":
+    def surrogate(
+        self, name: ObjectiveName, *, share: float = 1.0, effort: str | None = None, upwards: float = 1.0
+    ) -> "Search":
         """A search for another objective from the same initial sequence, whose finds are offered to this one.
 
-        It may take ``share`` of the time that is left, and another ``effort``. Its counts are those of
-        ``absorb``, to be called in the end.
+        It may take ``share`` of the time that is left, and another ``effort``, and see the sheet stretched
+        ``upwards`` so many times. Its counts are those of ``absorb``, to be called in the end.
         """
         deadline = self.deadline
         if deadline is not None and share < 1.0:
             now = time.perf_counter()
             deadline = now + share * (deadline - now)
-        inner = self.apart(self.seed, replace(self.objective, name=name))
-        inner.deadline = deadline
-        inner.effort = effort or self.effort
+        inner = Search(
+            self.problem if upwards == 1.0 else self.problem.stretched(upwards),
+            objective=replace(self.objective, name=name),
+            effort=effort or self.effort,
+            seed=self.seed,
+            deadline=deadline,
+            initial=self.initial,
+        )
         inner._goal = self
         return inner
 
-    def apart(self, seed: int, objective: Objective | None = None) -> "Search":
+    def apart(self, seed: int) -> "Search":
         """A search of its own for the same, without deadline and listener, which another process may get."""
-        goal = self.objective if objective is None else objective
-        return Search(self.problem, objective=goal, effort=self.effort, seed=seed, initial=self.initial)
+        return Search(
+            self.problem, objective=self.objective, effort=self.effort, seed=seed, initial=self.initial
+        )
 
     def outcome(self, *, counted: bool = True) -> Outcome:
         """What this search has come to so far; without its counts where more will come."""
+        # What bounds a stretched sheet bounds nothing here.
+        bounds = self._goal is None or self._goal.problem is self.problem
         return Outcome(
             self.objective,
             self._best,
-            self.lower_bound,
-            self.straight_bound_mm,
+            self.lower_bound if bounds else 0.0,
+            self.straight_bound_mm if bounds else 0.0,
             self.nodes_visited if counted else 0,
             self.states_created if counted else 0,
             self.stopped if counted else False,

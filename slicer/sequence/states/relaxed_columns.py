@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.downsets import DownSets
+from slicer.sequence.states.corridor import extent
+from slicer.sequence.states.downsets import DownSets, all_down_sets
 from slicer.sequence.states.group_counts import relaxations
 from slicer.sequence.states.section import Section
 
@@ -23,6 +24,11 @@ def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
         section: what is ordered, with a free end; rows of its precedence between columns are not seen.
         most_arcs: as many travels, if there is any such choice.
     """
+    whole = all_down_sets(section, MOST_DOWN_SETS)
+    if whole is not None:  # nothing is finer
+        arcs = extent(whole, np.arange(section.columns, dtype=np.int32))[1]
+        if arcs <= most_arcs:
+            return whole, arcs
     paths = [np.flatnonzero(section.column == c).astype(np.int32) for c in range(section.columns)]
     choices = [relaxations(section.part(section.column == c), MOST_DOWN_SETS) for c in range(section.columns)]
     sizes = [[_size(sets) for sets in column] for column in choices]

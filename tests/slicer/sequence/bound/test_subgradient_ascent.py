@@ -182,5 +182,5 @@ def test_it_looks_at_near_states_alone_and_at_all_where_those_mislead():
             bound.improve(cost, lengths[at : at + 10])
     assert near.pace == 28.0
     assert near.bound == pytest.approx(whole.bound, rel=1e-3)
-    assert narrow.pace > 4.0
+    assert np.min(narrow.pace) >= 4.0 < np.max(narrow.pace)
     assert narrow.bound > 0.95 * whole.bound
