@@ -13,7 +13,8 @@ from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.layered.streamed_layers import REACH, advance, best_of, new_beam
 from slicer.sequence.problem import Search
 
-WIDTHS = {
+Widths = tuple[tuple[int, float], ...]
+WIDTHS: dict[str, Widths] = {
     "quick": ((10, 0.0), (30, 0.0)),
     "default": ((30, 0.0), (100, 0.0), (300, 0.03)),
     "high": ((30, 0.0), (100, 0.0), (300, 0.0)),
@@ -42,22 +43,25 @@ LAYERS_AT_ONCE = 500
 """Between two looks at the clock."""
 
 
-def streamed_beam(search: Search) -> StreamedBound | None:
+def streamed_beam(search: Search, *, most_columns: int | None = None) -> StreamedBound | None:
     """Bound the search, offer what beams find, and return the bound; None without one, or if time ran out.
 
-    Columns must not be tied by a nozzle's body: a node would not know what it needs elsewhere.
+    Columns must not be tied by a nozzle's body: a node would not know what it needs elsewhere. Where there
+    are more than ``most_columns``, or ``MOST_COLUMNS``, bands of columns are printed one after the other.
     """
     bound = open_streamed_bound(search)
     if bound is None or bound.tied or not climb(search, bound):
         return None
     if bound.columns > MOST_COLUMNS:
-        in_time = _bands(search, bound)
+        in_time = _bands(search, bound, BAND_WIDTHS)
+    elif most_columns is not None and bound.columns > most_columns:
+        in_time = _bands(search, bound, WIDTHS[search.effort])
     else:
         in_time = _beams(search, bound, WIDTHS[search.effort])
     return bound if in_time else None
 
 
-def _beams(search: Search, bound: StreamedBound, widths: tuple[tuple[int, float], ...]) -> bool:
+def _beams(search: Search, bound: StreamedBound, widths: Widths) -> bool:
     """Beams of these widths over a whole sheet, each while enough is left to gain, see ``WIDTHS``.
 
     Nothing is searched where the corridor has no start, or is too large to be held. False where time ran out.
@@ -89,7 +93,7 @@ def _beams(search: Search, bound: StreamedBound, widths: tuple[tuple[int, float]
     return True
 
 
-def _bands(search: Search, bound: StreamedBound) -> bool:
+def _bands(search: Search, bound: StreamedBound, widths: Widths) -> bool:
     """Beams over bands of columns, printed one after the other; False where time ran out."""
     problem = search.problem
     price = np.empty_like(bound.best)
@@ -115,7 +119,7 @@ def _bands(search: Search, bound: StreamedBound) -> bool:
         if inner is not None:  # a single column is short of that
             inner.price = inner.best = price[:, here[inner.oriented]] * inner.inner
             if climb(part, inner, again=True):
-                _beams(part, inner, BAND_WIDTHS)
+                _beams(part, inner, widths)
         if search.should_stop():
             return False
         search.nodes_visited += part.nodes_visited
