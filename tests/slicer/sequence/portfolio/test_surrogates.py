@@ -78,7 +78,8 @@ def test_a_method_that_cannot_see_walls_well_is_led_by_length(monkeypatch, few, 
         search.raise_bound(1e-6 if search.objective.name == "time" else 0.0)
 
     monkeypatch.setattr(surrogates, "enumerable", lambda _: few)
-    monkeypatch.setattr(surrogates, "OWN_UP_TO", most)
+    monkeypatch.setattr(surrogates, "is_streamable", lambda _: False)
+    monkeypatch.setattr(surrogates, "CARRY_UP_TO", {"default": most})
     problem = sheet()
     start = solve(problem, method="greedy")
     oriented = (2 * start.order + start.flipped).astype(np.int32)
@@ -86,6 +87,54 @@ def test_a_method_that_cannot_see_walls_well_is_led_by_length(monkeypatch, few, 
     surrogates.search_by_surrogates(found, method, None, refined=True, windows=False, enumerating=True)
     assert aimed == aimed_at
     assert found.cost < true_cost(problem, GOALS[1], oriented)
+
+
+def test_on_a_sheet_too_large_for_a_proof_beams_see_it_stretched_as_far_as_its_heights_are_dear(monkeypatch):
+    seen: list[Problem] = []
+
+    def look(search: Search) -> None:
+        seen.append(search.problem)
+        streamed(search)
+
+    streamed = surrogates._beams
+    monkeypatch.setattr(surrogates, "CARRY_UP_TO", {"default": 5, "quick": 5})
+    monkeypatch.setattr(surrogates, "_beams", look)
+    problem = sheet(1, 3)
+    goal = Objective("time", **MACHINE | {"speed_mm_s": (20.0, 20.0, 20.0)})
+    proved = solve(problem, method="exact", objective=goal)
+    assert proved.proved
+    for effort in ("quick", "default"):
+        found = solve(problem, objective=goal, effort=effort)
+        assert proved.cost <= found.cost * (1 + 1e-9) < 1.05 * proved.cost
+        assert 0.9 * found.cost < found.lower_bound <= proved.cost * (1 + 1e-9)
+        assert found.lower_bound_mm is None, "a bound on the stretched sheet is none on this one"
+    assert len(seen) == 2
+    # From stop to stop a short hop takes 2 * sqrt(length / acceleration).
+    times = [1.0, np.sqrt(500 / 30)]
+    for stretched in seen:
+        assert np.allclose(stretched.segments, problem.segments * times, rtol=1e-9)
+    routed = solve(problem, objective=Objective("routed", **MACHINE))
+    assert np.array_equal(seen[2].segments, problem.segments), "a millimetre is one in every direction"
+    assert routed.lower_bound <= routed.cost
+
+
+def test_what_bounds_a_stretched_sheet_bounds_nothing_else():
+    problem = sheet()
+    goal = Search(problem, objective=GOALS[1])
+    inner = goal.surrogate("straight", upwards=3.0)
+    start = solve(problem, method="greedy")
+    inner.offer((2 * start.order + start.flipped).astype(np.int32))
+    inner.raise_bound(0.9 * inner.cost)
+    assert inner.cost > start.cost
+    inner.report("a stage")
+    assert goal.cost == true_cost(problem, GOALS[1], inner.oriented)
+    goal.absorb(inner.outcome())
+    assert goal.straight_bound_mm == goal.lower_bound == 0.0
+    plain = goal.surrogate("straight")
+    plain.offer(inner.oriented)
+    plain.raise_bound(1.0)
+    goal.absorb(plain.outcome())
+    assert goal.straight_bound_mm == 1.0
 
 
 def test_ctrl_c_in_the_first_search_ends_them_all(monkeypatch):
