@@ -17,7 +17,7 @@ ARCS = {"quick": 600_000_000, "default": 10_000_000_000, "high": 60_000_000_000}
 """Travels looked at in all steps, at about 0.5 ns each."""
 STEPS = {"quick": 20, "default": 40, "high": 100}
 """Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
-MOST_STEPS = 120
+MOST_STEPS = {"quick": 30, "default": 120, "high": 120}
 COUNTED_PACE = 40.0
 """``PACE`` where steep tiles are printed one after the other."""
 AT_ONCE, PER_LOOK = 6, 2
@@ -64,7 +64,7 @@ def _raise_by_counts(search: Search) -> bool:
     bound.pace = PACE if sets.complete else COUNTED_PACE
     arcs = max(1, bound.climbed.blocks.arcs)
     useful = min(USEFUL_STEPS, STRETCH * most // arcs)
-    steps = int(np.clip(most // arcs, max(LEAST_STEPS, useful), MOST_STEPS))
+    steps = int(np.clip(most // arcs, max(LEAST_STEPS, useful), MOST_STEPS[search.effort]))
     at_once = max(1, min(max(AT_ONCE, PER_LOOK * bound.blocks.arcs // arcs), MOST_BETWEEN // arcs))
     lengths, looked_at = step_lengths(steps), 0
     for done in range(0, steps, at_once):
