@@ -95,7 +95,8 @@ def ascend(
                 start = t
         if by_start[start] > best_bound[0]:
             best_bound[0] = by_start[start]
-            best[:] = multipliers
+            for t in range(len(best)):  # the assignment of a whole array takes a second to compile
+                best[t] = multipliers[t]
         subgradient[:] = 0.0
         add_subgradient(blocks, block_costs, ends, paid, value, start, subgradient)
         norm, own = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""A rehearsal on six toolpaths, which compiles what ordering a small sheet comes to, the last of it first."""
+"""A rehearsal on six toolpaths: it compiles what ordering a small sheet comes to, and then the rest."""
 
 import numpy as np
 
@@ -20,20 +20,16 @@ from slicer.sequence.tree_search import improve_by_trees
 
 
 def rehearse() -> None:
-    """Run refinement, local search, trees, the pool of the layered search and the bound once, in this order.
+    """Run the pool of the layered search and the bound once, which every job needs, then what only those need
+    that are not proved at once: refinement, local search and trees.
 
-    It is the order in which a job comes to them, turned round: who rehearses beside a job meets it in the
-    middle, and so little is waited for.
+    A job comes to them in turned order: who rehearses beside it meets it in the middle, and so little is
+    waited for. What comes last is then hardly begun where a job does without it.
     """
     problem = _six_toolpaths()
     objective = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
     order = np.arange(6)
     oriented = (2 * order).astype(np.int32)
-    refine(Search(problem, effort="quick", objective=objective), oriented)
-    direct = Search(problem, effort="quick", objective=Objective("time"))
-    direct.offer(oriented)
-    anneal(direct, perturbations=1)
-    improve_by_trees(direct, oriented, rollouts=1, stream=0)
     pool = new_pool()
     size = insert(pool, 0, np.uint64(1), 0, 0, 0.0, 0.0)
     pool = doubled(pool, size)
@@ -46,6 +42,11 @@ def rehearse() -> None:
     bound.improve(1e3, step_lengths(1))
     bound.use_best_multipliers()
     bound.fix_states(1e9)
+    refine(Search(problem, effort="quick", objective=objective), oriented)
+    direct = Search(problem, effort="quick", objective=Objective("time"))
+    direct.offer(oriented)
+    anneal(direct, perturbations=1)
+    improve_by_trees(direct, oriented, rollouts=1, stream=0)
 
 
 def rehearse_large() -> None:

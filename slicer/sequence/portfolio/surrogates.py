@@ -104,7 +104,7 @@ def search_by_surrogates(
             carried = inner.cost
         # A proof needs a good sequence, whatever that takes.
         pays = carrying is not None or search.pays(REFINE_S * search.problem.n)
-        if refined and pays:
+        if refined and pays and not search.proved:
             for better in _refined(search, inner.oriented, stage, windows=windows):
                 search.offer(better)
                 search.report("true travels")
@@ -149,7 +149,7 @@ def _upwards(search: Search) -> float:
 
 
 def _beams(search: Search) -> None:
-    """What beams find, and a little local search for where they have left toolpaths behind; windows follow."""
+    """What beams find, and local search for where they have left toolpaths behind; windows follow."""
     start_along_levels(search)
     if streamed_beam(search, most_columns=STRETCHED_COLUMNS) is not None:
         anneal(search, perturbations=SETTLE * search.problem.n, first_temperature=MILD)
