@@ -16,7 +16,7 @@ from slicer.sequence.problem import Search
 Widths = tuple[tuple[int, float], ...]
 WIDTHS: dict[str, Widths] = {
     "quick": ((10, 0.0), (30, 0.0)),
-    "default": ((30, 0.0), (100, 0.0), (300, 0.03)),
+    "default": ((30, 0.0), (100, 0.0)),
     "high": ((30, 0.0), (100, 0.0), (300, 0.0)),
 }
 """Nodes of a layer, of one beam after the other, and the part of the cost that must be left to gain for it.
@@ -35,6 +35,9 @@ BAND_WIDTHS = ((10, 0.0), (5, 0.0), (20, 0.0), (30, 0.05))
 
 Of the first fifth of 100x100 10, 20, 30, 45 and 100 nodes come to 2191, 2626, 2503, 2514 and 2248 mm.
 """
+LOOSE_COLUMNS = 24
+LOOSE_WIDTHS = WIDTHS | {"default": ((30, 0.0), (100, 0.0), (300, 0.03))}
+"""The same where the bound is loose, so that beams leave toolpaths behind more easily."""
 FEW_SUCCESSORS = 20_000_000
 """A beam of so few is not spared where hardly anything is left to gain."""
 SUCCESSORS_PER_COLUMN = 2
@@ -43,21 +46,24 @@ LAYERS_AT_ONCE = 500
 """Between two looks at the clock."""
 
 
-def streamed_beam(search: Search, *, most_columns: int | None = None) -> StreamedBound | None:
+def streamed_beam(search: Search, *, loose: bool = False) -> StreamedBound | None:
     """Bound the search, offer what beams find, and return the bound; None without one, or if time ran out.
 
-    Columns must not be tied by a nozzle's body: a node would not know what it needs elsewhere. Where there
-    are more than ``most_columns``, or ``MOST_COLUMNS``, bands of columns are printed one after the other.
+    Columns must not be tied by a nozzle's body: a node would not know what it needs elsewhere.
+
+    Args:
+        search: for straight travel.
+        loose: whether the bound is less tight than on a sheet as it is printed.
     """
     bound = open_streamed_bound(search)
     if bound is None or bound.tied or not climb(search, bound):
         return None
     if bound.columns > MOST_COLUMNS:
         in_time = _bands(search, bound, BAND_WIDTHS)
-    elif most_columns is not None and bound.columns > most_columns:
-        in_time = _bands(search, bound, WIDTHS[search.effort])
+    elif loose and bound.columns > LOOSE_COLUMNS:
+        in_time = _bands(search, bound, LOOSE_WIDTHS[search.effort])
     else:
-        in_time = _beams(search, bound, WIDTHS[search.effort])
+        in_time = _beams(search, bound, (LOOSE_WIDTHS if loose else WIDTHS)[search.effort])
     return bound if in_time else None
 
 

@@ -40,10 +40,6 @@ OWN_UP_TO = 1_400
 """Toolpaths up to which a bound by the goal's own cost leads a beam well enough."""
 MOST_UPWARDS = 8.0
 """No sheet is stretched by more, nor pressed together."""
-STRETCHED_COLUMNS = 24
-"""Wider sheets are ordered in bands where they are stretched: the bound is less tight there, and beams over
-40x40 tiles leave toolpaths behind.
-"""
 SETTLE = 5
 """Kicks for each toolpath after beams: on 40x40 tiles these save 7 s of 733 in less than one."""
 FIRST_SHARE = 0.5
@@ -151,7 +147,7 @@ def _upwards(search: Search) -> float:
 def _beams(search: Search) -> None:
     """What beams find, and local search for where they have left toolpaths behind; windows follow."""
     start_along_levels(search)
-    if streamed_beam(search, most_columns=STRETCHED_COLUMNS) is not None:
+    if streamed_beam(search, loose=True) is not None:
         anneal(search, perturbations=SETTLE * search.problem.n, first_temperature=MILD)
 
 
