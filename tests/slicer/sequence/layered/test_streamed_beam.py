@@ -15,7 +15,7 @@ from slicer.sequence import Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.construct import start_greedily
-from slicer.sequence.layered import exact, streamed_beam
+from slicer.sequence.layered import exact, streamed_beam, streamed_beams
 from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.layered.streamed_layers import advance, best_of, new_beam
 from slicer.sequence.portfolio import automatic
@@ -135,6 +135,31 @@ def test_bands_cost_little_more_than_the_whole(monkeypatch):
     assert streamed_beam(bands)
     assert bands.lower_bound <= whole.cost + 1e-9
     assert whole.cost < bands.cost < whole.cost + 2 * 6 + 0.05 * whole.cost  # one way down, and a seam
+
+
+def test_where_the_bound_is_loose_bands_begin_earlier_and_the_last_beam_is_wider(monkeypatch):
+    problem = Problem.build(hatch(random_walk(12, 6, seed=1)).segments).stretched(3.0)
+    seen: list[tuple[int, int]] = []
+
+    def note(layout, known, beam, pool, span, width):
+        seen.append((len(layout.begin) - 1, width))
+        return advance(layout, known, beam, pool, span, width)
+
+    monkeypatch.setattr(streamed_beams, "advance", note)
+    monkeypatch.setattr(streamed_beams, "LAYERS_AT_ONCE", 10**6)
+    tight, loose = started(problem), started(problem)
+    assert streamed_beam(tight)
+    assert seen == [(12, 30), (12, 100)]
+    assert tight.lower_bound < 0.97 * tight.cost
+    seen.clear()
+    assert streamed_beam(loose, loose=True)
+    assert seen == [(12, 30), (12, 100), (12, 300)]
+    assert loose.cost < tight.cost
+    monkeypatch.setattr(streamed_beams, "LOOSE_COLUMNS", 11)
+    monkeypatch.setattr(streamed_beams, "BAND_COLUMNS", 6)
+    seen.clear()
+    assert streamed_beam(started(problem), loose=True)
+    assert {columns for columns, _ in seen} == {6}
 
 
 UNEVEN = """
