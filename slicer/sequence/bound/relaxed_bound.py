@@ -1,4 +1,5 @@
-"""The column-pair bound of sheets whose columns have too many down-sets: over counts of what is printed.
+"""The column-pair bound of sheets that nothing else has bounded: over down-sets, or over counts of what is
+printed where columns have too many of those.
 
 The same decomposition as in ``pair_costs``, for every objective. Steep columns are given states that are
 relaxed as little as the effort allows (``states.relaxed_sets``), and visits have multipliers (``visits``).
@@ -43,13 +44,13 @@ def raise_relaxed_bound(search: Search) -> None:
     """
     if search.lower_bound > 0.0 or search.problem.n < 2 or search.serves_another or search.should_stop():
         return None
-    if not _raise_by_counts(search) and not search.stopped:
+    if not _raise_by_pairs(search) and not search.stopped:
         raise_tree_bound(search)
     return None
 
 
-def _raise_by_counts(search: Search) -> bool:
-    """Raise the bound over counts; False where there can be none, or where it is not above 0."""
+def _raise_by_pairs(search: Search) -> bool:
+    """Raise the bound over down-sets or counts; False where there can be none, or where it is not above 0."""
     section = Section.whole(search.problem, search.objective)
     size = np.bincount(section.column).astype(np.int64)
     beside = size[:-1] + size[1:] if len(size) > 1 else size
@@ -60,6 +61,8 @@ def _raise_by_counts(search: Search) -> bool:
     if LEAST_STEPS * arcs > STRETCH * most:
         return False
     bound = PairBound.over(section, sets, cover(sets))
+    if search.should_stop():
+        return False
     bound.see_walls(search.cost)
     bound.pace = PACE if sets.complete else COUNTED_PACE
     arcs = max(1, bound.climbed.blocks.arcs)

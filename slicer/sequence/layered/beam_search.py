@@ -15,18 +15,20 @@ from slicer.sequence.problem import Search
 ARCS_PER_TOOLPATH = {"quick": 10_000, "default": 40_000, "high": 120_000}
 """How large the bound may be: what one evaluation looks at, for each toolpath."""
 PASSES = {
-    "quick": ((20, 2_500), (20, 5_000)),
-    "default": ((20, 2_500), (60, 50_000)),
-    "high": ((30, 2_500), (100, 50_000), (200, 250_000)),
+    "quick": ((20, 2_500, False), (20, 5_000, False)),
+    "default": ((20, 2_500, False), (60, 50_000, False)),
+    "high": ((30, 2_500, False), (100, 50_000, False), (200, 250_000, False)),
 }
-"""Steps of the bound, and the successors of a layer in the search after them."""
-ROUTED_PASSES = PASSES | {"default": ((130, 5_000), (0, 15_000), (0, 70_000))}
+"""Steps of the bound, the successors of a layer in the search after them, and whether that is for where a
+search before it has found something.
+"""
+ROUTED_PASSES = PASSES | {"default": ((130, 5_000, False), (0, 15_000, False), (0, 70_000, True))}
 """The same where states know walls: there a search costs more than steps.
 
-The last, dear one follows where one before it has found something: on dti_small_101D_sagittal_10x10 neither
-does from 44.9 s, on a random walk of 10x10 they come from 45.3 to 45.1 s and the last one to 44.8.
+On dti_small_101D_sagittal_10x10 the narrow ones find nothing below 44.9 s, nor does the dear one; on a random
+walk of 10x10 they come from 45.3 to 45.1 s, and that one to 44.8.
 """
-MOST_ARCS = {"quick": 100_000_000, "default": 1_200_000_000, "high": 10_000_000_000}
+MOST_STEPPED = {"quick": 100_000_000, "default": 1_200_000_000, "high": 10_000_000_000}
 """Travels that the steps of a pass may look at, or there are fewer of them."""
 MOST_GENERATED = 100_000_000
 """Successors of all layers of a search."""
@@ -55,10 +57,10 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
     bound, complete = opened
     passes = (ROUTED_PASSES if search.objective.routed else PASSES)[search.effort]
     begun = search.cost
-    for k, (steps, successors) in enumerate(passes):
-        if 1 < k == len(passes) - 1 and search.cost >= begun:
+    for steps, successors, encouraged in passes:
+        if encouraged and search.cost >= begun:
             break
-        steps = min(steps, MOST_ARCS[search.effort] // max(1, bound.climbed.blocks.arcs))
+        steps = min(steps, MOST_STEPPED[search.effort] // max(1, bound.climbed.blocks.arcs))
         affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
         raise_bound(search, bound, budget, steps, complete=complete)

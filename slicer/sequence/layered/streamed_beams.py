@@ -105,13 +105,13 @@ def _bands(search: Search, bound: StreamedBound, widths: Widths) -> bool:
     price = np.empty_like(bound.best)
     price[:, bound.oriented] = bound.best
     columns = np.array_split(np.arange(bound.columns), -(-bound.columns // BAND_COLUMNS))
-    if problem.first is not None:  # that band comes first, then those right of it, then those left of it
-        column = problem.column[problem.first]
-        begin = next(k for k, band in enumerate(columns) if column in band)
-        columns = columns[begin:] + columns[:begin][::-1]
+    # The first band that a sequence may begin in comes first, then those right of it, then those left of it.
+    begins = bound.column[problem.starts >> 1]
+    begin = next(k for k, band in enumerate(columns) if np.isin(begins, band).any())
+    columns = columns[begin:] + columns[:begin][::-1]
     parts: list[NDArray[np.intp]] = []
     for band in columns:
-        toolpaths = np.flatnonzero(np.isin(problem.column, band))
+        toolpaths = np.flatnonzero(np.isin(bound.column, band))
         part = Search(
             problem.part(toolpaths, begins=not parts),
             objective=search.objective,

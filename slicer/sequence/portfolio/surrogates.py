@@ -16,6 +16,7 @@ direct time, and stretching brings nothing. Refinement gains more per second tha
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -37,9 +38,11 @@ WORK_AFTER_BEAMS = WINDOW_WORK | {"default": 7_000}
 REFINE_S = 5e-3
 """Seconds that windows and exchanges by the true cost take for each toolpath."""
 OWN_UP_TO = 1_400
-"""Toolpaths up to which a bound by the goal's own cost leads a beam well enough."""
+"""Toolpaths up to which a bound by the goal's own cost leads a beam well enough to look below what is known,
+and where columns are tied to begin with.
+"""
 MOST_UPWARDS = 8.0
-"""No sheet is stretched by more, nor pressed together."""
+"""No sheet is stretched by more, nor pressed together by more."""
 SETTLE = 5
 """Kicks for each toolpath after beams: on 40x40 tiles these save 7 s of 733 in less than one."""
 FIRST_SHARE = 0.5
@@ -129,8 +132,9 @@ def _stages(search: Search, method: Method, *, refined: bool, enumerating: bool)
     first = problem.n <= (CARRY_UP_TO[effort] if problem.planar else OWN_UP_TO) and enumerable(search)
     if first:
         yield Stage(own, method, effort, work)
-    if problem.planar and is_streamable(search.surrogate("straight")):
-        led = method if effort == "high" else _beams
+    # Nobody listens to a search of its own: why there is no such bound is of no interest to the goal.
+    if problem.planar and is_streamable(Search(problem, effort=effort, deadline=search.deadline)):
+        led = method if effort == "high" else partial(_beams, otherwise=method)
         onward = beam if not first and effort == "default" and problem.n <= OWN_UP_TO else None
         yield Stage("straight", led, effort, WORK_AFTER_BEAMS[effort], _upwards(search), onward)
     else:
@@ -144,11 +148,18 @@ def _upwards(search: Search) -> float:
     return float(np.clip(up / across, 1.0 / MOST_UPWARDS, MOST_UPWARDS))
 
 
-def _beams(search: Search) -> None:
-    """What beams find, and local search for where they have left toolpaths behind; windows follow."""
+def _beams(search: Search, *, otherwise: Method) -> None:
+    """What beams find, and local search for where they have left toolpaths behind; windows follow.
+
+    Where beams cannot look, or find nothing, another method is taken.
+    """
     start_along_levels(search)
-    if streamed_beam(search, loose=True) is not None:
+    begun = search.cost
+    if streamed_beam(search, loose=True) is not None and search.cost < begun:
         anneal(search, perturbations=SETTLE * search.problem.n, first_temperature=MILD)
+    elif not search.should_stop():
+        search.effort = "quick"
+        otherwise(search)
 
 
 def _refined(

@@ -60,7 +60,7 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
     size = np.bincount(section.column).astype(np.int64)
     if not _tabulated(size):
         return None
-    bounds = _pairs_of(section)
+    bounds = pairs_of(section)
     limit = max(int(np.sqrt(most_arcs / max(1, section.columns - 1))), 2 * int(size.max()))
     while True:
         sets = down_sets(section, limit, guide)
@@ -103,7 +103,7 @@ def complete_corridor(section: Section, most_arcs: int) -> Corridor | None:
     sets = all_down_sets(section, MOST_SETS)
     if sets is None:
         return None
-    bounds = _pairs_of(section)
+    bounds = pairs_of(section)
     states, arcs = extent(sets, bounds)
     if states > MOST_DENSE or arcs * _closed_share(section, sets, bounds) > min(most_arcs, MOST_ARCS):
         return None
@@ -115,7 +115,7 @@ def _tabulated(size: NDArray[np.int64]) -> bool:
     return int(((2 * (size[:-1] + size[1:])) ** 2).sum()) <= MOST_TRAVELS
 
 
-def _pairs_of(section: Section) -> NDArray[np.int32]:
+def pairs_of(section: Section) -> NDArray[np.int32]:
     """The bounds of blocks of two columns; of one where there is but one."""
     return np.arange(section.columns, dtype=np.int32) if section.columns > 1 else np.zeros(2, np.int32)
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.corridor import extent
+from slicer.sequence.states.corridor import extent, pairs_of
 from slicer.sequence.states.downsets import DownSets, all_down_sets
 from slicer.sequence.states.group_counts import relaxations
 from slicer.sequence.states.section import Section
@@ -17,7 +17,8 @@ MOST_DOWN_SETS = 6_000
 def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
     """States of each column, and how many travels the bound over pairs of columns then looks at.
 
-    All columns begin with what makes the whole cheapest; then, as long as ``most_arcs`` allow, the step to a
+    Where ``most_arcs`` allows all down-sets, these are it. Else all columns begin with what makes the whole
+    cheapest; then, as long as ``most_arcs`` allow, the step to a
     finer column that costs least is taken. Finer states are often cheaper: what can come next is less.
 
     Args:
@@ -26,7 +27,7 @@ def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
     """
     whole = all_down_sets(section, MOST_DOWN_SETS)
     if whole is not None:  # nothing is finer
-        arcs = extent(whole, np.arange(section.columns, dtype=np.int32))[1]
+        arcs = extent(whole, pairs_of(section))[1]
         if arcs <= most_arcs:
             return whole, arcs
     paths = [np.flatnonzero(section.column == c).astype(np.int32) for c in range(section.columns)]

@@ -188,7 +188,7 @@ def test_a_beam_too_narrow_for_the_optimum_claims_no_more(sheet, seed, start):
 
     with blocks_of(0) as patch:
         patch.setattr("slicer.sequence.layered.beam_search.raise_bound", mislead)
-        patch.setattr("slicer.sequence.layered.beam_search.PASSES", {"quick": ((1, 1), (2, 2))})
+        patch.setattr("slicer.sequence.layered.beam_search.PASSES", {"quick": ((1, 1, False), (2, 2, False))})
         patch.setattr("slicer.sequence.layered.beam_search.LEAST_WIDTH", 1)
         found = searched(METHODS["beam"], problem, effort="quick", initial=initial)
     best = least(problem)

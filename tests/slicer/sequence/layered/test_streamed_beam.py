@@ -126,6 +126,39 @@ def test_bands_are_one_printable_sequence(sheet, seed, fixed):
         assert flipped[0]
 
 
+def test_bands_begin_where_a_sequence_may_begin_in_the_direction_that_it_must(monkeypatch):
+    monkeypatch.setattr(streamed_beams, "MOST_COLUMNS", 1)
+    monkeypatch.setattr(streamed_beams, "BAND_COLUMNS", 2)
+    steep = [[[x, 0.3 * k], [x + 0.1, 0.3 * k + 1.0]] for x in (0.0, 1.0, 2.0) for k in range(4)]
+    level = [[[x, 0.3 * k], [x + 0.8, 0.3 * k]] for x in (3.0, 4.0, 5.0) for k in range(4)]
+    problem = Problem.build(np.array(steep + level), downhill_deg=30.0, first_flipped=True)
+    assert problem.starts.min() >= 2 * len(steep)
+    search = started(problem)
+    before = search.cost
+    assert streamed_beam(search)
+    assert search.cost <= before
+    assert problem.refusal(search.oriented >> 1, search.oriented & 1) is None
+
+
+def test_bands_are_of_columns_that_a_body_has_joined(monkeypatch):
+    monkeypatch.setattr(streamed_beams, "MOST_COLUMNS", 1)
+    monkeypatch.setattr(streamed_beams, "BAND_COLUMNS", 2)
+    islands = [
+        [[x + dx, 0.3 * k], [x + dx + 1.0, 0.3 * k]]
+        for x in (0.0, 10.0, 20.0)
+        for dx in (0.0, 1.0)
+        for k in range(3)
+    ]
+    for first in (None, 17):
+        problem = Problem.build(np.array(islands), body=NozzleBody.of(0.1))
+        if first is not None:
+            problem = Problem.build(problem.segments, body=problem.body, first=int(problem.starts[-1]) >> 1)
+        assert not problem.planar
+        search = started(problem)
+        assert streamed_beam(search)
+        assert problem.refusal(search.oriented >> 1, search.oriented & 1) is None
+
+
 def test_bands_cost_little_more_than_the_whole(monkeypatch):
     problem = Problem.build(hatch(random_walk(12, 6, seed=1)).segments)
     whole, bands = started(problem), started(problem)

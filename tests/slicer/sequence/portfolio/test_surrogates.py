@@ -92,9 +92,9 @@ def test_a_method_that_cannot_see_walls_well_is_led_by_length(monkeypatch, few, 
 def test_on_a_sheet_too_large_for_a_proof_beams_see_it_stretched_as_far_as_its_heights_are_dear(monkeypatch):
     seen: list[Problem] = []
 
-    def look(search: Search) -> None:
+    def look(search: Search, *, otherwise) -> None:
         seen.append(search.problem)
-        streamed(search)
+        streamed(search, otherwise=otherwise)
 
     streamed = surrogates._beams
     monkeypatch.setattr(surrogates, "CARRY_UP_TO", {"default": 5, "quick": 5})
@@ -116,6 +116,20 @@ def test_on_a_sheet_too_large_for_a_proof_beams_see_it_stretched_as_far_as_its_h
     routed = solve(problem, objective=Objective("routed", **MACHINE))
     assert np.array_equal(seen[2].segments, problem.segments), "a millimetre is one in every direction"
     assert routed.lower_bound <= routed.cost
+
+
+def test_where_beams_cannot_look_another_method_searches(monkeypatch):
+    monkeypatch.setattr(surrogates, "CARRY_UP_TO", {"default": 5})
+    monkeypatch.setattr(surrogates, "streamed_beam", lambda search, *, loose: None)
+    asked: list[tuple[str, str]] = []
+
+    def method(search: Search) -> None:
+        asked.append((search.objective.name, search.effort))
+
+    found = Search(sheet(1, 3), objective=GOALS[1])
+    surrogates.search_by_surrogates(found, method, None, refined=True, windows=False, enumerating=True)
+    assert asked == [("straight", "quick")]
+    assert found.started
 
 
 def test_what_bounds_a_stretched_sheet_bounds_nothing_else():
