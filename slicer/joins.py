@@ -10,9 +10,9 @@ from slicer.nozzle import NozzleBody, allowed_directions
 from slicer.travel import STILL_MM
 
 ALONG_MM = 0.02
-"""A hop whose ends and middle are no farther from one toolpath runs along it."""
-ROUNDING_MM = 1e-6
-"""A toolpath whose ends are no farther from a hop lies in it, as halves of a hatch line parted by a hole."""
+"""A hop runs along a toolpath where it is no farther from it, if that is all of the hop,"""
+ALONG_FROM_MM = 0.1
+"""or so much of it: what it lays there lies on the toolpath's own bead."""
 
 
 def joinable(
@@ -100,14 +100,18 @@ def fewest_beads(segments: NDArray[np.float64], join_mm: float, ends: NDArray[np
 
 
 def _over_toolpaths(segments: NDArray[np.float64], hops: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The places of the hops (q, 2, 2) that cross a toolpath, run along one, or along the whole of one."""
+    """The places of the hops (q, 2, 2) that cross a toolpath, or run along one."""
     lines = shapely.linestrings(segments)
     tree, ways = shapely.STRtree(lines), shapely.linestrings(hops)
     crossing, _ = tree.query(ways, predicate="crosses")
-    # A hop begins and ends where toolpaths do, so that it goes along a whole toolpath or all along one.
-    over, covered = tree.query(ways, predicate="dwithin", distance=ROUNDING_MM)
-    apart = shapely.distance(ways[over][:, None], shapely.points(segments[covered]))
-    over = over[(apart <= ROUNDING_MM).all(axis=1)]
+    over, near = tree.query(ways, predicate="dwithin", distance=ALONG_MM)
+    way, own = hops[over, 1] - hops[over, 0], segments[near, 1] - segments[near, 0]
+    # Beside another line by that much for so long, neither can be steep to the other.
+    cross = way[:, 0] * own[:, 1] - way[:, 1] * own[:, 0]
+    steep = np.abs(cross) / np.maximum(np.hypot(*way.T) * np.hypot(*own.T), 1e-300)
+    over, near = (which[steep <= 2 * ALONG_MM / ALONG_FROM_MM] for which in (over, near))
+    beside = shapely.length(shapely.intersection(ways[over], shapely.buffer(lines[near], ALONG_MM)))
+    over = over[beside > ALONG_FROM_MM]
     hop, toolpath = tree.query(shapely.points(hops.mean(axis=1)), predicate="dwithin", distance=ALONG_MM)
     ends = shapely.distance(shapely.points(hops[hop]), lines[toolpath][:, None])
     return np.unique(np.concatenate([crossing, over, hop[(ends <= ALONG_MM).all(axis=1)]]))
