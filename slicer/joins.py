@@ -12,7 +12,9 @@ from slicer.travel import STILL_MM
 ALONG_MM = 0.02
 """A hop runs along a toolpath where it is no farther from it, if that is all of the hop,"""
 ALONG_FROM_MM = 0.1
-"""or so much of it: what it lays there lies on the toolpath's own bead."""
+"""or so much of it and half of the shorter one: what it lays there lies on the toolpath's own bead. Hops that
+leave a toolpath at a small angle soon come away from it.
+"""
 
 
 def joinable(
@@ -108,10 +110,11 @@ def _over_toolpaths(segments: NDArray[np.float64], hops: NDArray[np.float64]) ->
     way, own = hops[over, 1] - hops[over, 0], segments[near, 1] - segments[near, 0]
     # Beside another line by that much for so long, neither can be steep to the other.
     cross = way[:, 0] * own[:, 1] - way[:, 1] * own[:, 0]
-    steep = np.abs(cross) / np.maximum(np.hypot(*way.T) * np.hypot(*own.T), 1e-300)
-    over, near = (which[steep <= 2 * ALONG_MM / ALONG_FROM_MM] for which in (over, near))
+    flat = np.abs(cross) <= 2 * ALONG_MM / ALONG_FROM_MM * np.hypot(*way.T) * np.hypot(*own.T)
+    over, near = over[flat], near[flat]
     beside = shapely.length(shapely.intersection(ways[over], shapely.buffer(lines[near], ALONG_MM)))
-    over = over[beside > ALONG_FROM_MM]
+    shorter = np.minimum(np.hypot(*way.T), np.hypot(*own.T))[flat]
+    over = over[(beside > ALONG_FROM_MM) & (beside > 0.5 * shorter)]
     hop, toolpath = tree.query(shapely.points(hops.mean(axis=1)), predicate="dwithin", distance=ALONG_MM)
     ends = shapely.distance(shapely.points(hops[hop]), lines[toolpath][:, None])
     return np.unique(np.concatenate([crossing, over, hop[(ends <= ALONG_MM).all(axis=1)]]))

@@ -73,13 +73,14 @@ def test_a_join_hinders_nothing_that_comes_later(grid, body, seed):
         line = LineString(hop)
         points = [Point(*hop[0]), Point(*hop[1]), Point(*hop.mean(axis=0))]
         shared = [shares(hop, other) for other in segments]
-        if any(abs(length_mm - 0.1) < 2e-3 for length_mm in shared):
-            continue  # as near to the limit as its circles are round
+        least = [max(0.1, min(length, np.hypot(*(other[1] - other[0]))) / 2) for other in segments]
+        if np.isclose(shared, least, rtol=0.02).any():
+            continue  # as near to the limit as circles are round
         crosses = any(
             line.crosses(LineString(other))
             or all(LineString(other).distance(q) <= 0.02 for q in points)
-            or length_mm > 0.1
-            for other, length_mm in zip(segments, shared, strict=True)
+            or length_mm > least_mm
+            for other, length_mm, least_mm in zip(segments, shared, least, strict=True)
         )
         in_the_way = hindering(body, np.ascontiguousarray(np.concatenate([hop[None], later])))[0].any()
         assert allowed[k] == (not crosses and not in_the_way), (hop, length)
@@ -131,9 +132,14 @@ def test_no_hop_is_laid_where_a_toolpath_lies(off):
         assert joinable(touching, [0, 2, 1], [0, 0, 0], POINT, 0.6).tolist() == [False, False, False]
 
 
-def test_a_hop_may_go_on_in_line_and_turn_round_beside_its_line():
+def test_a_hop_may_go_on_in_line_leave_at_a_small_angle_and_turn_round():
     rows = np.array([[(0.0, 0.0), (1.0, 0.0)], [(1.3, 0.0), (2.0, 0.0)], [(1.3, 0.2), (2.0, 0.2)]])
     assert joinable(rows, [0, 1, 2], [0, 0, 1], POINT, 0.5).tolist() == [False, True, True]
+    for degrees, may in ((8.0, True), (3.0, False)):
+        turn = np.radians(degrees)
+        back = 1.0 - 0.4 * np.cos(turn), 0.4 * np.sin(turn)
+        lines = np.array([[(0.0, 0.0), (1.0, 0.0)], [back, (back[0], back[1] + 1.0)]])
+        assert joinable(lines, [0, 1], [0, 0], POINT, 0.5)[1] == may
 
 
 def test_a_hop_that_is_extruded_goes_no_more_steeply_downhill_than_a_toolpath():
