@@ -19,9 +19,18 @@ from slicer.sequence.bound import TreeBound
 from slicer.sequence.problem import Draws, Objective, Problem, compressed, neighbours, random_state
 from slicer.sequence.rural_postman.relaxation import Relaxation
 from slicer.sequence.rural_postman.reversals import Path, anneal_without_precedence
+from slicer.sequence.rural_postman.rounding import rounded
 
 KICKS = {"quick": 100, "default": 1_000, "high": 10_000}
 """For each toolpath."""
+TOURS = {"quick": 2, "default": 12, "high": 60}
+"""Paths that are made from the solution of the linear program, and shortened."""
+TOOLPATHS_OF_TOURS = {"quick": 3_000, "default": 12_000, "high": 200_000}
+"""So many toolpaths in all of them, at about 1.4 ms each."""
+NOISE, NEAR, TOUR_KICKS, TOUR_HEAT = (1.0, 0.2, 0.5), 6, 300, 0.1
+"""How differently they are made, by turns, and how they are shortened: ends near by reduced cost, and milder
+kicks.
+"""
 AT_ONCE = 50_000
 HEAT = 0.8
 """What a kick may cost at the beginning, of the mean length of a toolpath; nothing in the end. Without it the
@@ -34,6 +43,7 @@ ROUNDS = {"quick": 40, "default": 150, "high": 1_000}
 """Of the linear program."""
 PROGRAM_UP_TO = {"quick": 800, "default": 4_000, "high": 8_000}
 """Toolpaths up to which its solutions take less than a minute or so."""
+RELATIVE_EPS = 1e-9
 LOG = 100_000
 """Ranges turned round between two kicks; there are a few dozen."""
 
@@ -70,39 +80,80 @@ def without_precedence(
     begin = time.perf_counter()
     free = _freed(problem)
     n = problem.n
-    sequence = np.array(oriented, np.int32)
-    position = np.empty(n, np.int32)
+    best, travel = np.array(oriented, np.int32), _travel(free, oriented)
+    bound = 0.0
+    if n > 1:
+        # What may follow an oriented toolpath is near the endpoint at which it is left.
+        near = neighbours(free).after.reshape(n, 2, -1)[:, ::-1].reshape(2 * n, -1).copy()
+        programmed = n <= PROGRAM_UP_TO[effort] and find_spec("highspy") is not None
+        best, travel = _shortened(
+            free, best, near, KICKS[effort], HEAT, random_state(seed, Draws.RURAL_POSTMAN)
+        )
+        if programmed:
+            relaxed = _programmed(free, best, near, ROUNDS[effort])
+            bound = relaxed.bound
+            tours = min(TOURS[effort], TOOLPATHS_OF_TOURS[effort] // n)
+            best, travel = _from_parts(free, relaxed, best, tours, seed)
+        else:
+            bound = _bound(free, travel, STEPS[effort])
+        bound = min(bound, travel)
+    order, flipped = (best >> 1).astype(np.int64), (best & 1).astype(np.bool_)
+    return Unordered(order, flipped, travel, bound, time.perf_counter() - begin)
+
+
+def _travel(free: Problem, oriented: NDArray[np.int32]) -> float:
+    return free.travel_mm(oriented >> 1, oriented & 1)
+
+
+def _shortened(
+    free: Problem,
+    oriented: NDArray[np.int32],
+    near: NDArray[np.int32],
+    kicks: int,
+    heat: float,
+    state: NDArray[np.uint64],
+) -> tuple[NDArray[np.int32], float]:
+    """A path shortened by local search with so many kicks for each toolpath, and its travel."""
+    n = free.n
+    sequence, position = oriented.copy(), np.empty(n, np.int32)
     position[sequence >> 1] = np.arange(n)
     path = Path(
         points=free.segments.reshape(-1, 2),
-        # What may follow an oriented toolpath is near the endpoint at which it is left.
-        near=neighbours(free).after.reshape(n, 2, -1)[:, ::-1].reshape(2 * n, -1).copy(),
+        near=near,
         sequence=sequence,
         position=position,
         turned=np.empty((LOG, 2), np.int32),
         turns=np.zeros(1, np.int64),
         queue=np.empty(n + 1, np.int32),
         queued=np.zeros(n, np.bool_),
-        fixed=0 if problem.first is None else 1,
+        fixed=0 if free.first is None else 1,
         best=sequence.copy(),
     )
-    if n > 1:
-        state = random_state(seed, Draws.RURAL_POSTMAN)
-        steps = free.segments[:, 1] - free.segments[:, 0]
-        length = float(np.hypot(steps[:, 0], steps[:, 1]).mean())
-        kicks = KICKS[effort] * n
-        for done in range(0, kicks, AT_ONCE):  # Ctrl-C comes through between
-            part = min(AT_ONCE, kicks - done)
-            heat, cooled = (HEAT * length * (1.0 - at / kicks) for at in (done, done + part))
-            anneal_without_precedence(path, state, part, heat, cooled)
-    order, flipped = (sequence >> 1).astype(np.int64), (sequence & 1).astype(np.bool_)
-    travel = free.travel_mm(order, flipped)
-    bound = 0.0
-    if n > 1:
-        programmed = n <= PROGRAM_UP_TO[effort] and find_spec("highspy") is not None
-        bound = _programmed(free, path, ROUNDS[effort]) if programmed else _bound(free, travel, STEPS[effort])
-        bound = min(bound, travel)
-    return Unordered(order, flipped, travel, bound, time.perf_counter() - begin)
+    steps = free.segments[:, 1] - free.segments[:, 0]
+    length = float(np.hypot(steps[:, 0], steps[:, 1]).mean())
+    for done in range(0, kicks * n, AT_ONCE):  # Ctrl-C comes through between
+        part = min(AT_ONCE, kicks * n - done)
+        now, cooled = (heat * length * (1.0 - at / (kicks * n)) for at in (done, done + part))
+        anneal_without_precedence(path, state, part, now, cooled)
+    return sequence, _travel(free, sequence)
+
+
+def _from_parts(
+    free: Problem, relaxed: Relaxation, best: NDArray[np.int32], tours: int, seed: int
+) -> tuple[NDArray[np.int32], float]:
+    """The shortest of what a path, and those that the solution of the linear program leads to, come to."""
+    travel, near = _travel(free, best), relaxed.near(NEAR)
+    for k in range(tours):
+        if travel <= relaxed.bound * (1 + RELATIVE_EPS):
+            break
+        noise = 0.0 if k == 1 else NOISE[k % len(NOISE)]
+        start = best if k == 0 else rounded(relaxed, noise, np.random.default_rng((seed, k)))
+        if start is not None:
+            state = random_state(seed, Draws.RURAL_POSTMAN, k)
+            found, length = _shortened(free, start, near, TOUR_KICKS, TOUR_HEAT, state)
+            if length < travel:
+                best, travel = found, length
+    return best, travel
 
 
 def _freed(problem: Problem) -> Problem:
@@ -129,13 +180,15 @@ def _bound(free: Problem, travel_mm: float, steps: int) -> float:
     return tree.bound
 
 
-def _programmed(free: Problem, path: Path, rounds: int) -> float:
-    """The bound of a linear program that begins with travels between near ends, and those of the path."""
-    entered, left = path.sequence.astype(np.int64), path.sequence.astype(np.int64) ^ 1
+def _programmed(
+    free: Problem, oriented: NDArray[np.int32], near_ends: NDArray[np.int32], rounds: int
+) -> Relaxation:
+    """The linear program, which begins with travels between near ends, and those of a path."""
+    entered, left = oriented.astype(np.int64), oriented.astype(np.int64) ^ 1
     n2 = 2 * free.n
     begins = np.zeros(n2, np.bool_)
     begins[free.starts] = True
-    near = np.stack([np.repeat(np.arange(n2), path.near.shape[1]), path.near.reshape(-1)], axis=1)
+    near = np.stack([np.repeat(np.arange(n2), near_ends.shape[1]), near_ends.reshape(-1)], axis=1)
     ends = np.arange(n2)
     travels = [
         near[near[:, 1] >= 0],
@@ -143,6 +196,6 @@ def _programmed(free: Problem, path: Path, rounds: int) -> float:
         np.stack([ends[begins], np.full(begins.sum(), n2)], axis=1),
         np.stack([ends, np.full(n2, n2 + 1)], axis=1),
     ]
-    relaxed = Relaxation(path.points, begins, np.concatenate(travels))
+    relaxed = Relaxation(free.segments.reshape(-1, 2), begins, np.concatenate(travels))
     relaxed.raise_bound(rounds)
-    return relaxed.bound
+    return relaxed

@@ -103,6 +103,18 @@ class Relaxation:
         )
         return np.where((travels < n2).all(axis=1), np.hypot(steps[:, 0], steps[:, 1]), 0.0)
 
+    def near(self, count: int) -> NDArray[np.int32]:
+        """int32 (2n, count), to which ends travels from each have the least reduced costs; -1 for none."""
+        inside = (self.travels < len(self.points)).all(axis=1)
+        travels, cost = self.travels[inside], np.round(self.reduced[inside], 9)
+        both, length = np.concatenate([travels, travels[:, ::-1]]), self.lengths(travels)
+        order = np.lexsort((np.tile(length, 2), np.tile(cost, 2), both[:, 0]))
+        both = both[order]
+        place = np.arange(len(both)) - np.searchsorted(both[:, 0], both[:, 0])
+        out = np.full((len(self.points), count), -1, np.int32)
+        out[both[place < count, 0], place[place < count]] = both[place < count, 1]
+        return out
+
     def _solve(self) -> None:
         self._model.run()
         solution = self._model.getSolution()
