@@ -93,7 +93,7 @@ def without_precedence(
             relaxed = _programmed(free, best, near, ROUNDS[effort])
             bound = relaxed.bound
             tours = min(TOURS[effort], TOOLPATHS_OF_TOURS[effort] // n)
-            best, travel = _from_parts(free, relaxed, best, tours, seed)
+            best, travel = _from_parts(free, relaxed, (best, travel), tours, seed)
         else:
             bound = _bound(free, travel, STEPS[effort])
         bound = min(bound, travel)
@@ -139,10 +139,10 @@ def _shortened(
 
 
 def _from_parts(
-    free: Problem, relaxed: Relaxation, best: NDArray[np.int32], tours: int, seed: int
+    free: Problem, relaxed: Relaxation, known: tuple[NDArray[np.int32], float], tours: int, seed: int
 ) -> tuple[NDArray[np.int32], float]:
     """The shortest of what a path, and those that the solution of the linear program leads to, come to."""
-    travel, near = _travel(free, best), relaxed.near(NEAR)
+    (best, travel), near = known, relaxed.near(NEAR)
     for k in range(tours):
         if travel <= relaxed.bound * (1 + RELATIVE_EPS):
             break

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.rural_postman.relaxation import CHEAPER, Relaxation
+from slicer.sequence.rural_postman.violated_sets import root_of
 
 NONE = -1
 
@@ -71,7 +72,7 @@ def _join(
                     length = np.sqrt(dx * dx + dy * dy)
                 elif v == n2 and not begins[u]:
                     continue
-                if length < least and _root_of(root, u >> 1) != _root_of(root, v >> 1):
+                if length < least and root_of(root, u >> 1) != root_of(root, v >> 1):
                     least, a, b = length, u, v
         if a == NONE or not _link(mate, root, a, b):
             return False
@@ -95,16 +96,8 @@ def _join(
 @inner_kernel
 def _link(mate: NDArray[np.int64], root: NDArray[np.int64], u: int, v: int) -> bool:
     """Join two ends by a travel, unless that makes a ring."""
-    a, b = _root_of(root, u >> 1), _root_of(root, v >> 1)
+    a, b = root_of(root, u >> 1), root_of(root, v >> 1)
     if a == b:
         return False
     mate[u], mate[v], root[a] = v, u, b
     return True
-
-
-@inner_kernel
-def _root_of(root: NDArray[np.int64], s: int) -> int:
-    while root[s] != s:
-        root[s] = root[root[s]]
-        s = root[s]
-    return s

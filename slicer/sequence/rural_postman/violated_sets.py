@@ -10,7 +10,7 @@ of the ACM 44, 1997).
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import allocating_inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
 
 MOST_SETS = 4_000
 LEAST_VIOLATION = 1e-4
@@ -99,17 +99,18 @@ def _components(nodes: int, edges: NDArray[np.int64]) -> NDArray[np.int64]:
 @kernel
 def _join(edges: NDArray[np.int64], root: NDArray[np.int64]) -> None:
     for k in range(len(edges)):
-        a, b = edges[k, 0], edges[k, 1]
-        while root[a] != a:
-            a = root[a]
-        while root[b] != b:
-            b = root[b]
-        root[a] = b
+        root[root_of(root, edges[k, 0])] = root_of(root, edges[k, 1])
     for i in range(len(root)):
-        at = i
-        while root[at] != at:
-            at = root[at]
-        root[i] = at
+        root[i] = root_of(root, i)
+
+
+@inner_kernel
+def root_of(root: NDArray[np.int64], at: int) -> int:
+    """What stands for the set that something is in; the way there is halved for who asks next."""
+    while root[at] != at:
+        root[at] = root[root[at]]
+        at = root[at]
+    return at
 
 
 @kernel
@@ -136,11 +137,7 @@ def _grow(
     least = (1.0 if odd else 2.0) - LEAST_VIOLATION
     count, fill = 0, 0
     for k in range(m):
-        u, v = edges[order[k], 0], edges[order[k], 1]
-        while root[u] != u:
-            u = root[u]
-        while root[v] != v:
-            v = root[v]
+        u, v = root_of(root, edges[order[k], 0]), root_of(root, edges[order[k], 1])
         if u == v:
             continue
         if size[u] < size[v]:
@@ -149,10 +146,7 @@ def _grow(
         while w >= 0:
             t = head[w]
             while t >= 0:
-                other = edges[t >> 1, 1 - (t & 1)]
-                while root[other] != other:
-                    other = root[other]
-                if other == u:
+                if root_of(root, edges[t >> 1, 1 - (t & 1)]) == u:
                     between += part[t >> 1]
                 t = link[t]
             w = after[w]
