@@ -70,7 +70,7 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
         width <<= max(0, turn - len(ROUNDS) + 1)
         narrow = width < WIDE
         turn += 1
-        before = bound.bound
+        before, known_before = bound.bound, search.lower_bound
         raise_bound(search, bound, budget, steps, complete=complete)
         if bound.bound >= search.cost:
             break
@@ -100,5 +100,9 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
         found_less = search.cost < least or narrow
         far = search.lower_bound < (1.0 - NEARLY) * search.cost
         if settle and not found_less and search.near_enough and far:
+            break
+        # Where a nozzle ties columns, proofs of time are out of reach, and this round would only come again.
+        tied = search.objective.routed and not search.problem.planar and search.effort != "high"
+        if tied and not found_less and search.lower_bound <= known_before and bound.bound <= before:
             break
     return None if complete else raise_relaxed_bound(search)
