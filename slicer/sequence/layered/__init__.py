@@ -1,7 +1,7 @@
 """Search through the states layer by layer: beam, proof of the optimum, windows, and the merging of tours."""
 
-from slicer.sequence.layered.beam_search import ARCS_PER_TOOLPATH, beam
-from slicer.sequence.layered.exact_search import exact
+from slicer.sequence.layered.beam_search import beam, beam_sees_all
+from slicer.sequence.layered.exact_search import exact, exact_sees_all
 from slicer.sequence.layered.layered_search import RELATIVE_EPS
 from slicer.sequence.layered.node_pool import (
     doubled,
@@ -16,12 +16,13 @@ from slicer.sequence.layered.tour_merging import merge_tours
 from slicer.sequence.layered.windows import window_search
 
 __all__ = [
-    "ARCS_PER_TOOLPATH",
     "RELATIVE_EPS",
     "beam",
+    "beam_sees_all",
     "doubled",
     "drop_dominated",
     "exact",
+    "exact_sees_all",
     "insert",
     "keep_best",
     "merge_tours",

@@ -8,7 +8,7 @@ corridor, window search takes its place.
 
 from slicer.sequence.bound import raise_relaxed_bound
 from slicer.sequence.construct import start_greedily
-from slicer.sequence.layered.bounded_search import bound_around, search_below
+from slicer.sequence.layered.bounded_search import bound_around, complete_states, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
 from slicer.sequence.problem import Search
 
@@ -36,6 +36,11 @@ SUCCESSORS_PER_COLUMN = 5
 """About so many successors has a node for each column of the sheet."""
 LEAST_WIDTH = 5
 MOST_CORRIDORS = 4
+
+
+def beam_sees_all(search: Search) -> bool:
+    """Whether the beam can look at all states there are; for a started search."""
+    return complete_states(search, ARCS_PER_TOOLPATH[search.effort])
 
 
 def beam(search: Search) -> None:

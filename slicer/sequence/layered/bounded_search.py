@@ -7,7 +7,13 @@ from slicer.sequence.layered.layered_search import LayeredSearch, search_layers
 from slicer.sequence.layered.windows import window_search
 from slicer.sequence.layered.work_budget import WorkBudget
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Section, widest_joined_corridor
+from slicer.sequence.states import Corridor, Section, states_of_all
+
+
+def complete_states(search: Search, arcs_per_toolpath: int) -> bool:
+    """Whether a bound with so many travels for each toolpath can hold all states there are."""
+    _, corridor = _widest_states(search, arcs_per_toolpath)
+    return corridor is not None and corridor.complete
 
 
 def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, bool] | None:
@@ -15,10 +21,7 @@ def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, boo
 
     On sheets too large even for that, windows are searched instead, and None is returned.
     """
-    most_arcs = max(search.problem.n, 100) * arcs_per_toolpath
-    section, corridor = widest_joined_corridor(
-        Section.whole(search.problem, search.objective), search.oriented >> 1, most_arcs
-    )
+    section, corridor = _widest_states(search, arcs_per_toolpath)
     if corridor is None:
         search.offer(window_search(search, search.oriented))
         search.report("windows")
@@ -53,3 +56,9 @@ def search_below(
     if complete and found.finished:
         search.raise_bound(found.lower_bound)
     return found
+
+
+def _widest_states(search: Search, arcs_per_toolpath: int) -> tuple[Section, Corridor | None]:
+    """What ``states_of_all`` has around the best sequence."""
+    most_arcs = max(search.problem.n, 100) * arcs_per_toolpath
+    return states_of_all(search.problem, search.objective, search.oriented >> 1, most_arcs)

@@ -5,9 +5,11 @@ struck out, and a layered search looks below the incumbent. When no layer of it 
 or nothing that was cut off could be better, then the incumbent is optimal. Every round has a wider search.
 """
 
+import numpy as np
+
 from slicer.sequence.bound import StreamedBound, raise_relaxed_bound
 from slicer.sequence.construct import start_greedily
-from slicer.sequence.layered.bounded_search import bound_around, search_below
+from slicer.sequence.layered.bounded_search import bound_around, complete_states, search_below
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
 from slicer.sequence.problem import Search
 
@@ -37,8 +39,20 @@ STANDSTILL = 0.1
 """A bound that rises by less than this part of the gap in a round has come as far as it pays."""
 FULL = 12
 """That search is so many times wider than it could be if all its layers were full."""
+SECONDS = 3e-7
+"""What a unit of the budget takes, about."""
 ROUNDS = ((30, 50), (30, 100), (40, 500), (60, 1_000), (80, 2_000), (100, 5_000))
 """Steps of the bound and width of the search in each round; later ones double the width."""
+
+
+def exact_sees_all(search: Search) -> bool:
+    """Whether the proof can look at all states there are; for a started search."""
+    return complete_states(search, _more(search) * ARCS_PER_TOOLPATH[search.effort])
+
+
+def _more(search: Search) -> int:
+    """How many times the usual a bound and its budget may be."""
+    return 1 if search.problem.planar else TIED
 
 
 def exact(search: Search, *, settle: bool = False, known: StreamedBound | None = None) -> None:
@@ -54,9 +68,8 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
     """
     start_greedily(search)
     n = search.problem.n
-    more = 1 if search.problem.planar else TIED
-    budget = WorkBudget(more * max(n, 100) * WORK_PER_TOOLPATH[search.effort])
-    opened = bound_around(search, more * ARCS_PER_TOOLPATH[search.effort])
+    budget = WorkBudget(_more(search) * max(n, 100) * WORK_PER_TOOLPATH[search.effort])
+    opened = bound_around(search, _more(search) * ARCS_PER_TOOLPATH[search.effort])
     if opened is None:
         return raise_relaxed_bound(search)
     bound, complete = opened
@@ -70,12 +83,12 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
         width <<= max(0, turn - len(ROUNDS) + 1)
         narrow = width < WIDE
         turn += 1
-        before, known_before = bound.bound, search.lower_bound
+        before, known_before, spent_before = bound.bound, search.lower_bound, budget.spent
         raise_bound(search, bound, budget, steps, complete=complete)
         if bound.bound >= search.cost:
             break
         rest = budget.limit - budget.spent
-        rises = bound.bound > before + STANDSTILL * (search.cost - before)
+        rises = bool(np.isneginf(before)) or bound.bound > before + STANDSTILL * (search.cost - before)
         last = not found_less and bound.bound > (1.0 - IN_REACH) * search.cost
         if last and rises and rest > LAST_SEARCH * budget.limit:
             bound.fix_states(search.cost)
@@ -101,8 +114,10 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
         far = search.lower_bound < (1.0 - NEARLY) * search.cost
         if settle and not found_less and search.near_enough and far:
             break
-        # Where a nozzle ties columns, proofs of time are out of reach, and this round would only come again.
-        tied = search.objective.routed and not search.problem.planar and search.effort != "high"
-        if tied and not found_less and search.lower_bound <= known_before and bound.bound <= before:
-            break
+        if search.objective.routed and not search.problem.planar and search.effort != "high":
+            # Where a nozzle ties columns, proofs of time are far: this round would only come again, or wider.
+            at_rest = search.lower_bound <= known_before and bound.bound <= before
+            dear = not search.pays(SECONDS * (budget.spent - spent_before))
+            if (at_rest and not found_less) or (dear and not rises):
+                break
     return None if complete else raise_relaxed_bound(search)

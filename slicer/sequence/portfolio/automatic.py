@@ -11,11 +11,17 @@ little at a time: together they reach what none of them does alone.
 
 from slicer.sequence.bound import raise_relaxed_bound, raise_streamed_bound
 from slicer.sequence.construct import start_along_levels
-from slicer.sequence.layered import ARCS_PER_TOOLPATH, beam, exact, streamed_beam, window_search
+from slicer.sequence.layered import (
+    beam,
+    beam_sees_all,
+    exact,
+    exact_sees_all,
+    streamed_beam,
+    window_search,
+)
 from slicer.sequence.local_search import FIRST_TEMPERATURE, anneal, perturbation_budget
 from slicer.sequence.portfolio.annealing_rounds import anneal_and_merge
 from slicer.sequence.problem import Search
-from slicer.sequence.states import Section, widest_joined_corridor
 from slicer.sequence.tree_search import STRIDE, improve_by_trees
 
 PROVE_UP_TO = {"quick": 250, "default": 1_400, "high": 1_400}
@@ -86,7 +92,7 @@ def _stages(search: Search) -> bool:
             return False
         settled = search.cost
         routed = search.objective.routed
-        if known is not None or n <= (CARRY_UP_TO if routed else PROVE_UP_TO)[effort]:
+        if known is not None or _provable(search):
             exact(search, settle=routed and n > PROVE_FULLY_UP_TO, known=known)
         else:
             beam(search)
@@ -119,10 +125,12 @@ def _stages(search: Search) -> bool:
 
 def enumerable(search: Search) -> bool:
     """Whether the columns have so few down-sets that all of them can be looked at; for a started search."""
-    section = Section.whole(search.problem, search.objective)
-    most_arcs = max(search.problem.n, 100) * ARCS_PER_TOOLPATH[search.effort]
-    _, corridor = widest_joined_corridor(section, search.oriented >> 1, most_arcs)
-    return corridor is not None and corridor.complete
+    return exact_sees_all(search) if _provable(search) else beam_sees_all(search)
+
+
+def _provable(search: Search) -> bool:
+    """Whether there are so few toolpaths that a proof is tried."""
+    return search.problem.n <= (CARRY_UP_TO if search.objective.routed else PROVE_UP_TO)[search.effort]
 
 
 def _pass_of_trees(search: Search) -> bool:

@@ -5,7 +5,7 @@ the skylines over them.
 from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
-from slicer.sequence.states.corridor import extent, set_sizes
+from slicer.sequence.states.corridor import Corridor, extent, set_sizes
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
 from slicer.sequence.states.group_counts import COUNTED, never_follows
@@ -21,7 +21,7 @@ from slicer.sequence.states.joint_states import (
 from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.routed_travel import FREE, cost_over, section_cost
 from slicer.sequence.states.section import NONE, Section, extents
-from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
+from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all, widest_joined_corridor
 
 __all__ = [
     "COUNTED",
@@ -29,6 +29,7 @@ __all__ = [
     "NONE",
     "OUTSIDE",
     "Blocks",
+    "Corridor",
     "DownSets",
     "Ground",
     "Needs",
@@ -54,5 +55,6 @@ __all__ = [
     "set_sizes",
     "sets_of_states",
     "skylines",
+    "states_of_all",
     "widest_joined_corridor",
 ]

@@ -50,6 +50,7 @@ class Skylines(NamedTuple):
         hull: float64 (h, 2), scratch for the points of a taut string.
         over: float64 (h, 2), scratch for what stands above a straight travel.
         lines: float64 (MOST_LINES, 4), scratch for the reach of a toolpath.
+        reached: int32 (2,), whose reach that is, or -1, and how many lines it has.
         body: the nozzle. What follows is empty for a point.
         floor: the lowest y of the section's toolpaths, in mm.
         steps: how each down-set comes about.
@@ -65,6 +66,7 @@ class Skylines(NamedTuple):
     hull: NDArray[np.float64]
     over: NDArray[np.float64]
     lines: NDArray[np.float64]
+    reached: NDArray[np.int32]
     body: NozzleBody
     floor: float
     steps: Steps
@@ -75,10 +77,24 @@ def skylines(section: Section, sets: DownSets) -> Skylines:
     """The skylines of all down-sets of a section, over what was printed before it."""
     none, empty, points = np.zeros(1, np.int32), np.empty((0, 4)), np.empty((0, 2))
     no_steps, lines = Steps(none, none, none), np.empty((MOST_LINES, 4))
+    reached = np.array([-1, 0], np.int32)
     body, nobody = section.body, np.empty((0, 2), np.int32)
     if not section.routed:
         return Skylines(
-            False, none, empty, np.empty(0), none, empty, points, points, lines, body, 0.0, no_steps, nobody
+            False,
+            none,
+            empty,
+            np.empty(0),
+            none,
+            empty,
+            points,
+            points,
+            lines,
+            reached,
+            body,
+            0.0,
+            no_steps,
+            nobody,
         )
     columns = section.columns
     floor = float(section.segments[:, :, 1].min()) if section.n else 0.0
@@ -118,6 +134,7 @@ def skylines(section: Section, sets: DownSets) -> Skylines:
         np.empty((scratch, 2)),
         points if body.is_point else np.empty((scratch, 2)),
         lines,
+        reached,
         body,
         floor,
         no_steps if body.is_point else _backwards(sets),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slicer.sequence.states.blocks import cover
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
-from slicer.sequence.states.joint_states import joint_states
+from slicer.sequence.states.joint_states import closed_share
 from slicer.sequence.states.section import Section
 
 MERGED_STATES = 20_000
@@ -66,7 +66,7 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
         sets = down_sets(section, limit, guide)
         states, arcs = extent(sets, bounds)
         if states <= MOST_DENSE:
-            arcs = int(arcs * _closed_share(section, sets, bounds))
+            arcs = int(arcs * closed_share(section, sets, bounds))
         if arcs <= most_arcs and states <= MOST_DENSE:
             return Corridor(sets, cover(sets, MERGED_STATES), None, sets.complete)
         if limit <= 2 * sets.size.max():
@@ -105,7 +105,7 @@ def complete_corridor(section: Section, most_arcs: int) -> Corridor | None:
         return None
     bounds = pairs_of(section)
     states, arcs = extent(sets, bounds)
-    if states > MOST_DENSE or arcs * _closed_share(section, sets, bounds) > min(most_arcs, MOST_ARCS):
+    if states > MOST_DENSE or arcs * closed_share(section, sets, bounds) > min(most_arcs, MOST_ARCS):
         return None
     return Corridor(sets, cover(sets, MERGED_STATES), None, True)
 
@@ -118,14 +118,6 @@ def _tabulated(size: NDArray[np.int64]) -> bool:
 def pairs_of(section: Section) -> NDArray[np.int32]:
     """The bounds of blocks of two columns; of one where there is but one."""
     return np.arange(section.columns, dtype=np.int32) if section.columns > 1 else np.zeros(2, np.int32)
-
-
-def _closed_share(section: Section, sets: DownSets, bounds: NDArray[np.int32]) -> float:
-    """Which part of the pairs of down-sets goes together: all for a point nozzle, few of tied columns."""
-    closed = joint_states(section, sets, bounds)
-    if closed is None:
-        return 1.0
-    return sum(int(mask.sum()) for mask in closed) / sum(mask.size for mask in closed)
 
 
 def extent(sets: DownSets, bounds: NDArray[np.int32]) -> tuple[int, int]:

@@ -17,6 +17,8 @@ from slicer.sequence.states.section import NONE, Section
 
 UNLIMITED = int(np.iinfo(np.int32).max)
 WIDEST_CORRIDOR = 8
+LEAST_ROOM = 4_096
+"""Room for so many down-sets at first."""
 MOST_STEPS = 32
 """Steps from a down-set, on average; a column with more counts as one with too many down-sets."""
 
@@ -83,6 +85,13 @@ def all_down_sets(section: Section, limit: int) -> DownSets | None:
     if section.n and np.bincount(section.column).max() >= limit:  # a chain has one more than toolpaths
         return None
     return _down_sets(section, limit, None, (UNLIMITED,))
+
+
+def count_down_sets(section: Section, limit: int) -> int | None:
+    """How many down-sets a section of one column has, or None where there are more than ``limit``."""
+    local = np.arange(section.n, dtype=np.int32)
+    member, _, _ = _column(section, section.within_columns, local, local, UNLIMITED, limit)
+    return len(member) or None
 
 
 def _down_sets(
@@ -177,7 +186,7 @@ def _column(
         last = int(local[section.last >> 1])
     # A corridor of width 0 is one chain, and must fit whatever the limit is.
     most = max(limit, size + 1)
-    capacity = min(most, 2 * size + 2)
+    capacity = min(most, max(2 * size + 2, LEAST_ROOM))
     while True:
         member = np.zeros((capacity, size), np.bool_)
         step_start = np.zeros(capacity + 1, np.int32)
@@ -194,7 +203,7 @@ def _column(
             return member[:count], step_start[: count + 1], step[:, : step_start[count]]
         if capacity == most:
             return member[:0], step_start[:1], step[:, :0]
-        capacity = min(most, 2 * capacity)
+        capacity = min(most, 4 * capacity)
 
 
 class Column(NamedTuple):

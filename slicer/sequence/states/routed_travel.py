@@ -164,7 +164,9 @@ def _gather(
         count = _above(sky.over, count, (gap[q, 0], gap[q, 1], gap[q, 2], gap[q, 3]), 0.0, line)
         first += 1
     lines = sky.lines
-    known = reach(sky.body, sky.floor, segment, lines)
+    if sky.reached[0] != path:  # travels are mostly priced one after the other from the same toolpath
+        sky.reached[0], sky.reached[1] = path, reach(sky.body, sky.floor, segment, lines)
+    known = sky.reached[1]
     rise = max(0.0, highest(lines, known, start[0]) - start[1])
     for k in range(known):
         count = _above(sky.over, count, (lines[k, 0], lines[k, 1], lines[k, 2], lines[k, 3]), rise, line)

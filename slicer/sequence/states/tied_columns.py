@@ -7,12 +7,14 @@ pairs of such columns see what four columns do.
 """
 
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.problem import Objective, Problem
 from slicer.sequence.states.corridor import Corridor, complete_corridor, widest_corridor
-from slicer.sequence.states.downsets import all_down_sets
+from slicer.sequence.states.downsets import count_down_sets
 from slicer.sequence.states.section import Section
 
 MOST_DOWN_SETS = 500
@@ -27,6 +29,13 @@ MOST_TOOLPATHS = 1_200_000
 """A joined column has no more toolpaths than this over the number of all: travels inside it are tabulated."""
 
 
+Counts = dict[tuple[int, int], int | None]
+"""How many down-sets columns begin .. end have together; None where they are too many for a first limit."""
+
+_JOINED: WeakKeyDictionary[Problem, dict[int, tuple[NDArray[np.int32], Corridor]]] = WeakKeyDictionary()
+"""The complete corridors of problems with tied columns, by the most travels: one job asks several times."""
+
+
 def join_tied_columns(section: Section, most_down_sets: int = MOST_DOWN_SETS) -> Section:
     """Join neighbouring columns, from left to right, while they are tied and have few down-sets together.
 
@@ -36,13 +45,27 @@ def join_tied_columns(section: Section, most_down_sets: int = MOST_DOWN_SETS) ->
     ties = section.ties
     if len(ties) == 0:
         return section
-    groups = _groups(section, ties, most_down_sets)
-    first = np.flatnonzero(np.diff(groups, prepend=-1))
-    extent = np.stack(
-        [np.minimum.reduceat(section.extent[:, 0], first), np.maximum.reduceat(section.extent[:, 1], first)],
-        axis=1,
-    )
-    return replace(section, column=groups[section.column], extent=extent)
+    return _joined(section, _groups(section, ties, most_down_sets, {}))
+
+
+def states_of_all(
+    problem: Problem, objective: Objective, guide: NDArray[np.int32], most_arcs: int
+) -> tuple[Section, Corridor | None]:
+    """A whole problem with its tied columns joined as far as all states can still be held, and its corridor.
+
+    See ``widest_corridor`` for the arguments.
+    """
+    section = Section.whole(problem, objective)
+    known = _JOINED.get(problem, {}).get(most_arcs)
+    if known is not None:
+        groups, corridor = known
+        return _joined(section, groups), corridor
+    joined, widest = widest_joined_corridor(section, guide, most_arcs)
+    if joined is not section and widest is not None and widest.complete:
+        groups = np.empty(section.columns, np.int32)
+        groups[section.column] = joined.column
+        _JOINED.setdefault(problem, {})[most_arcs] = groups, widest
+    return joined, widest
 
 
 def widest_joined_corridor(
@@ -52,11 +75,14 @@ def widest_joined_corridor(
 
     See ``widest_corridor`` for the arguments.
     """
-    if len(section.ties) == 0:
+    ties = section.ties
+    if len(ties) == 0:
         return section, widest_corridor(section, guide, most_arcs)
+    counts: Counts = {}
     joined = section
     for most_down_sets in WIDEST_FIRST:
-        before, joined = joined.column, join_tied_columns(section, most_down_sets)
+        before = joined.column
+        joined = _joined(section, _groups(section, ties, most_down_sets, counts))
         if np.array_equal(joined.column, before):
             continue
         corridor = complete_corridor(joined, most_arcs)
@@ -65,8 +91,23 @@ def widest_joined_corridor(
     return joined, widest_corridor(joined, guide, most_arcs)
 
 
-def _groups(section: Section, ties: NDArray[np.int32], most_down_sets: int) -> NDArray[np.int32]:
-    """int32 (c,), the number of the joined column that each column goes into."""
+def _joined(section: Section, groups: NDArray[np.int32]) -> Section:
+    """A section with other columns: int32 (c,), the number of that which each goes into."""
+    first = np.flatnonzero(np.diff(groups, prepend=-1))
+    extent = np.stack(
+        [np.minimum.reduceat(section.extent[:, 0], first), np.maximum.reduceat(section.extent[:, 1], first)],
+        axis=1,
+    )
+    return replace(section, column=groups[section.column], extent=extent)
+
+
+def _groups(
+    section: Section, ties: NDArray[np.int32], most_down_sets: int, counts: Counts
+) -> NDArray[np.int32]:
+    """int32 (c,), the number of the joined column that each column goes into.
+
+    ``counts`` of larger limits are taken, and further ones entered.
+    """
     joined = np.sort(section.column[ties], axis=1)
     groups = np.zeros(section.columns, np.int32)
     size = np.bincount(section.column, minlength=section.columns)
@@ -74,13 +115,11 @@ def _groups(section: Section, ties: NDArray[np.int32], most_down_sets: int) -> N
     for c in range(1, section.columns):
         tied = ((joined[:, 0] >= begin) & (joined[:, 1] == c)).any()
         small = size[begin : c + 1].sum() * section.n <= MOST_TOOLPATHS
-        if not (tied and small and _fits(section, begin, c, most_down_sets)):
+        if tied and small and (begin, c) not in counts:
+            inside = (section.column >= begin) & (section.column <= c)
+            counts[begin, c] = count_down_sets(section.part(inside), most_down_sets)
+        together = counts.get((begin, c))
+        if not (tied and small and together is not None and together <= most_down_sets):
             begin = c
         groups[c] = groups[c - 1] + (begin == c)
     return groups
-
-
-def _fits(section: Section, begin: int, end: int, most_down_sets: int) -> bool:
-    """Whether columns begin .. end have few down-sets together."""
-    inside = (section.column >= begin) & (section.column <= end)
-    return all_down_sets(section.part(inside), most_down_sets) is not None

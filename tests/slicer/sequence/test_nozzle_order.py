@@ -3,7 +3,9 @@
 The precedence is not the package's: it is the definition in ``fields``, by shapely.
 """
 
+import gc
 import itertools
+import weakref
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -24,16 +26,17 @@ from slicer.sequence import METHODS, Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.layered.layered_search import search_layers
+from slicer.sequence.layered.exact_search import exact
 from slicer.sequence.local_search.refinement import refine
 from slicer.sequence.problem.directions import directed
 from slicer.sequence.problem.neighbour_lists import neighbours
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.search import Search
-from slicer.sequence.states.corridor import widest_corridor
+from slicer.sequence.states.corridor import pairs_of, widest_corridor
 from slicer.sequence.states.downsets import all_down_sets, down_sets
-from slicer.sequence.states.joint_states import joint_states, out_of_reach
+from slicer.sequence.states.joint_states import SAMPLED, closed_share, joint_states, out_of_reach
 from slicer.sequence.states.section import Section
-from slicer.sequence.states.tied_columns import join_tied_columns, widest_joined_corridor
+from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all, widest_joined_corridor
 
 STRAIGHT = Objective()
 TIME = Objective("time", 0.2, (30.0, 50.0, 5.0), (500.0, 500.0, 50.0), fixed_s=0.05, fixed_from_mm=0.3)
@@ -305,6 +308,55 @@ def test_tied_columns_are_joined_as_far_as_all_states_can_be_held(most_arcs, wid
     assert corridor.complete
     assert corridor.sets.counts.max() == widest
     assert joined.columns == (6 if widest == 2971 else 5)
+
+
+def test_states_of_a_tied_sheet_are_found_once_and_go_with_their_problem():
+    muscle = hatch(grid.read(Path(__file__).parents[2] / "data" / "tissue" / "muscle_us_8x8.json")).segments
+    problem = Problem.build(muscle, body=NozzleBody.of(0.2, press_mm=0.05))
+    guide = np.empty(0, np.int32)
+    section, corridor = states_of_all(problem, STRAIGHT, guide, 10**8)
+    assert corridor.complete
+    again, same = states_of_all(problem, TIME, guide, 10**8)
+    assert same is corridor
+    assert (again.column == section.column).all()
+    assert (again.extent == section.extent).all()
+    assert (again.cost_model.timed, section.cost_model.timed) == (True, False)
+    joined, found = widest_joined_corridor(Section.whole(problem, STRAIGHT), guide, 10**8)
+    assert (joined.column == section.column).all()
+    assert found is not corridor
+    assert (found.sets.counts == corridor.sets.counts).all()
+    gone = weakref.ref(corridor)
+    del problem, corridor, same
+    gc.collect()
+    assert gone() is None
+
+
+def test_how_many_states_go_together_is_told_from_a_sample():
+    brain = Path(__file__).parents[2] / "data" / "tissue" / "dti_small_101D_sagittal_10x10.json"
+    body = NozzleBody.of(0.2, press_mm=0.05)
+    problem = Problem.build(cut(hatch(grid.read(brain)).segments, body).segments, body=body)
+    section = join_tied_columns(Section.whole(problem, STRAIGHT), 2_000)
+    sets, bounds = all_down_sets(section, 20_000), pairs_of(section)
+    assert sets.counts.max() > 5 * SAMPLED
+    closed = joint_states(section, sets, bounds)
+    share = sum(mask.sum() for mask in closed) / sum(mask.size for mask in closed)
+    assert closed_share(section, sets, bounds) == pytest.approx(share, rel=0.05)
+    assert closed_share(Section.whole(Problem.build(problem.segments), STRAIGHT), sets, bounds) == 1.0
+
+
+def test_rounds_on_tied_columns_end_where_time_would_not_be_won_back(monkeypatch):
+    muscle = hatch(grid.read(Path(__file__).parents[2] / "data" / "tissue" / "muscle_us_8x8.json")).segments
+    problem = Problem.build(muscle[:300], body=NozzleBody.of(0.2, press_mm=0.05))
+    rounds, results = [[], []], []
+    for told, seconds in zip(rounds, (0.0, 1.0), strict=True):
+        monkeypatch.setattr("slicer.sequence.layered.exact_search.SECONDS", seconds)
+        monkeypatch.setattr("slicer.sequence.layered.exact_search.STANDSTILL", 1.0)
+        results.append(
+            searched(exact, problem, objective=TIME, progress=lambda word, told=told: told.append(word.stage))
+        )
+    assert rounds[1].count("search") < rounds[0].count("search")
+    patient, hasty = results
+    assert hasty.lower_bound <= patient.cost <= hasty.cost
 
 
 STEPS = np.array([[[0.8, 5.0], [0.9, 5.0]], [[1.0, 0.0], [1.1, 0.0]], [[2.4, 4.9], [2.5, 4.9]]])
