@@ -25,8 +25,8 @@ from slicer.nozzle import NozzleBody
 from slicer.sequence import METHODS, Problem, solve
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.streamed_bound import StreamedBound
-from slicer.sequence.layered.layered_search import search_layers
 from slicer.sequence.layered.exact_search import exact
+from slicer.sequence.layered.layered_search import search_layers
 from slicer.sequence.local_search.refinement import refine
 from slicer.sequence.problem.directions import directed
 from slicer.sequence.problem.neighbour_lists import neighbours
