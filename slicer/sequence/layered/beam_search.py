@@ -22,7 +22,10 @@ PASSES = {
 """Steps of the bound, the successors of a layer in the search after them, and whether that is for where a
 search before it has found something.
 """
-ROUTED_PASSES = PASSES | {"default": ((130, 5_000, False), (0, 15_000, False), (0, 70_000, True))}
+ROUTED_PASSES = PASSES | {
+    "quick": ((20, 2_500, False),),
+    "default": ((130, 5_000, False), (0, 15_000, False), (0, 70_000, True)),
+}
 """The same where states know walls: there a search costs more than steps.
 
 On dti_small_101D_sagittal_10x10 the narrow ones find nothing below 44.9 s, nor does the dear one; on a random
