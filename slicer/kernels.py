@@ -92,15 +92,32 @@ def _compile_quickly(compiled: Any) -> None:
     compile_kernel = compiled.compile
 
     def compile_now(signature: Any) -> Any:
-        with _few_collections(), _plain_indices(), remembered(), _alone(compiled):
+        kept = is_kept(compiled)
+        if not kept:
+            for told in _TOLD:
+                told()
+        with _few_collections(), _plain_indices(), remembered(), _alone(compiled, kept):
             return compile_kernel(signature)
 
     compiled.compile = compile_now
 
 
-def _alone(compiled: Any) -> contextlib.AbstractContextManager[None]:
+@contextlib.contextmanager
+def tell_of_compiling(told: Callable[[], None]) -> Iterator[None]:
+    """While this is open, call ``told`` before each kernel that this process compiles anew."""
+    _TOLD.append(told)
+    try:
+        yield
+    finally:
+        _TOLD.remove(told)
+
+
+_TOLD: list[Callable[[], None]] = []
+
+
+def _alone(compiled: Any, kept: bool) -> contextlib.AbstractContextManager[None]:
     """Let another process that wants the same kernel wait for it and find it, and not compile it as well."""
-    if is_kept(compiled):
+    if kept:
         return contextlib.nullcontext()
     return machine_code.held(compiled.py_func.__code__.co_filename)
 

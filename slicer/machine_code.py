@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import llvmlite.binding
 import numba
@@ -38,11 +38,17 @@ IMPORT = re.compile(
 
 @cache
 def toolchain() -> str:
-    """What machine code depends on besides its sources: numba, LLVM, Python, processor."""
+    """What machine code depends on besides its sources: numba, LLVM, Python, processor.
+
+    The processor is the one that numba compiles for, which may be named in its environment.
+    """
+    named = cast(Any, numba.config)
     processor = (
         llvmlite.binding.get_process_triple(),
-        llvmlite.binding.get_host_cpu_name(),
-        llvmlite.binding.get_host_cpu_features().flatten(),
+        named.CPU_NAME or llvmlite.binding.get_host_cpu_name(),
+        llvmlite.binding.get_host_cpu_features().flatten()
+        if named.CPU_FEATURES is None
+        else named.CPU_FEATURES,
     )
     versions = (numba.__version__, llvmlite.__version__, sys.implementation.cache_tag)
     return hashlib.sha256("\n".join((*versions, *processor)).encode()).hexdigest()

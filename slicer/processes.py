@@ -1,4 +1,4 @@
-"""Child processes that do not outlive the process which started them, however that ends."""
+"""Child processes, which do not outlive the process that started them, however it ends; and their cores."""
 
 import ctypes
 import os
@@ -37,3 +37,10 @@ def exit_after(sentinel: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, name="exit with parent", daemon=True).start()
+
+
+def usable_cores() -> int:
+    """Cores that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

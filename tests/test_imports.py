@@ -69,27 +69,39 @@ def test_the_reader_sees_imports_inside_functions():
     }
 
 
-def wrong_inner_imports(source: str, folder: str | None) -> list[str]:
-    """What a module of a folder of the sequencer (None: outside all of them) must not import.
+OUTSIDE, GEOMETRY = "outside", "geometry"
+"""Modules that use the sequencer, and those of ``slicer`` below it, which know nothing of order."""
+
+
+def wrong_inner_imports(source: str, folder: str) -> list[str]:
+    """What a module of a folder of the sequencer, of ``OUTSIDE`` or of ``GEOMETRY`` must not import.
 
     Its own folder's modules are its own affair. Of another folder it may know what ``__init__`` names.
     """
+    inside = folder != OUTSIDE
     wrong = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
-            wrong += [alias.name for alias in node.names if alias.name.startswith("slicer.sequence.")]
+            names = [alias.name for alias in node.names]
+            wrong += [name for name in names if name.startswith("slicer.sequence.")]
+            wrong += [name for name in names if name == "slicer.sequence" and inside]
         elif isinstance(node, ast.ImportFrom):
             name = node.module or ""
             if node.level:
                 wrong.append("." * node.level + name)
-            elif name == "slicer.sequence" and folder is not None:
-                wrong.append(name)
+            elif name == "slicer.sequence" or (
+                name == "slicer" and any(alias.name == "sequence" for alias in node.names)
+            ):
+                wrong += [name] * inside
             elif name.startswith("slicer.sequence."):
                 other, *module = name.split(".")[2:]
-                if other == folder or other == "solve":
+                if other == folder or (other == "solve" and not inside):
+                    continue
+                if other not in INNER:
+                    wrong.append(name)
                     continue
                 named = set(importlib.import_module(f"slicer.sequence.{other}").__all__)
-                allowed = INNER[folder] if folder else set(INNER)
+                allowed = INNER.get(folder, set()) if inside else set(INNER)
                 if module or other not in allowed or not {alias.name for alias in node.names} <= named:
                     wrong.append(name)
     return wrong
@@ -111,12 +123,20 @@ def test_a_folder_of_the_sequencer_imports_only_what_its_arrows_allow(folder):
 
 
 def test_nobody_else_imports_from_inside_a_folder_of_the_sequencer():
-    outside = [*SEQUENCE.glob("*.py"), *(ROOT / "slicer").glob("*.py"), *(ROOT / "benchmarks").glob("*.py")]
+    outside = [*SEQUENCE.glob("*.py"), *(ROOT / "benchmarks").rglob("*.py")]
     for package in ARROWS:
         if package != "slicer":
             outside += (ROOT / package).rglob("*.py")
     for module in outside:
-        wrong = wrong_inner_imports(module.read_text(), None)
+        wrong = wrong_inner_imports(module.read_text(), OUTSIDE)
+        assert not wrong, f"{module.relative_to(ROOT)} imports from {wrong}"
+
+
+def test_geometry_knows_nothing_of_order():
+    modules = [path for path in (ROOT / "slicer").rglob("*.py") if SEQUENCE not in path.parents]
+    assert any(path.parent.name == "cutting" for path in modules)
+    for module in modules:
+        wrong = wrong_inner_imports(module.read_text(), GEOMETRY)
         assert not wrong, f"{module.relative_to(ROOT)} imports from {wrong}"
 
 
@@ -132,7 +152,15 @@ def test_nobody_else_imports_from_inside_a_folder_of_the_sequencer():
         ("layered", "from slicer.sequence.states import fill_states"),
         ("layered", "import slicer.sequence.states.blocks"),
         ("layered", "from . import windows"),
-        (None, "from slicer.sequence.states.blocks import cover"),
+        ("problem", "from slicer.sequence.solve import solve"),
+        ("problem", "import slicer.sequence as s"),
+        ("problem", "from slicer import sequence"),
+        ("problem", "from slicer.sequence.nowhere import solve"),
+        (OUTSIDE, "from slicer.sequence.states.blocks import cover"),
+        (GEOMETRY, "from slicer.sequence.states.blocks import cover"),
+        (GEOMETRY, "from slicer.sequence.states import cover"),
+        (GEOMETRY, "def f():\n    from slicer.sequence import solve"),
+        (GEOMETRY, "import numpy, slicer.sequence"),
     ],
 )
 def test_a_wrong_arrow_inside_the_sequencer_is_seen(folder, source):

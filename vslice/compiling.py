@@ -2,32 +2,49 @@
 
 import multiprocessing
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+HELPED_FROM = 3
+"""Kernels that a process compiles by itself; a change that touches no more needs no second process."""
 
 
 @contextmanager
-def compiling(everything: bool = False) -> Iterator[bool]:
-    """Let a second process compile what a job needs last, while the job compiles what it needs first.
+def compiling(tell: Callable[[str], None] | None = None, everything: bool = False) -> Iterator[bool]:
+    """Say it once where a job compiles kernels, and let a second process compile what it needs last.
 
-    Machine code is kept on disk, so either process finds what the other has compiled, and waits for what
-    the other is compiling. Yields whether anything has to be compiled.
+    The job compiles what it needs first, and alone where it has one core. Machine code is kept on disk, so
+    either process finds what the other has compiled, and waits for what the other is compiling. Yields
+    whether not even a job's first kernel is there, so that all have to be compiled.
+
+    Args:
+        tell: is told in one line; None for silence.
+        everything: see ``compile_the_rest``.
     """
-    from slicer.kernels import is_kept
+    from slicer.kernels import is_kept, tell_of_compiling
+    from slicer.processes import usable_cores
     from slicer.sweep import sweep
 
-    if is_kept(sweep):  # the first kernel of every job
-        yield False
-        return
+    compiled, cores = 0, usable_cores()
     helper = multiprocessing.get_context("spawn").Process(
         target=compile_the_rest, args=(everything,), daemon=True
     )
-    helper.start()
+
+    def told() -> None:
+        nonlocal compiled
+        compiled += 1
+        if compiled == 1 and tell is not None:
+            tell("Compiling for this machine; later runs find it done.")
+        if compiled == HELPED_FROM and cores > 1:
+            helper.start()
+
     try:
-        yield True
+        with tell_of_compiling(told):
+            yield not is_kept(sweep)
     finally:
-        helper.terminate()
-        helper.join()
+        if helper.pid is not None:
+            helper.terminate()
+            helper.join()
 
 
 def compile_the_rest(everything: bool = False) -> None:

@@ -138,6 +138,44 @@ def test_code_of_another_toolchain_is_left_alone(package, monkeypatch, tmp_path)
     assert machine_code.folder_of.__wrapped__(package.package / "caller.py").is_relative_to(package.folder)
 
 
+TELLING = """
+import json
+from kernelpackage.helper import inner
+from slicer.kernels import kernel, tell_of_compiling
+
+@kernel
+def outer():
+    return 10 * inner()
+
+told = []
+with tell_of_compiling(lambda: told.append(outer.nopython_signatures == [])):
+    found = outer()
+print(json.dumps([found, True, len(told)]))
+"""
+
+
+def test_each_kernel_that_is_compiled_is_told_of(package):
+    (package.package / "caller.py").write_text(TELLING)
+    assert package.run() == (10, True, 2)
+    assert package.run() == (10, True, 0)
+    (package.package / "helper.py").write_text(HELPER.format(value=2))
+    assert package.run() == (20, True, 2)
+
+
+def test_code_for_a_processor_that_the_environment_names_lies_apart(package):
+    """Numba takes the name from its environment; an installation's code is for the machine's own."""
+    package.run()
+    named = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    words = [sys.executable, "-c", "from slicer.machine_code import toolchain; print(toolchain())"]
+    told = [
+        subprocess.run(words, env=os.environ | more, check=True, capture_output=True, text=True).stdout
+        for more in ({}, {}, named, {"NUMBA_CPU_NAME": "generic"}, {"NUMBA_CPU_FEATURES": "+sse2"})
+    ]
+    assert told[0] == told[1]
+    assert len(set(told)) >= 3
+    assert told[0] not in told[2:]
+
+
 def test_two_first_runs_at_once_share_no_file(package):
     path = os.pathsep.join([str(package.folder), *sys.path])
     environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(package.cache)}

@@ -118,9 +118,7 @@ def command(
     # Under a body the corner of a grid may be no place to begin, nor the first toolpath, once it is cut.
     if problem.first is None and start == "corner" and spacing_mm is None and ends is None:
         no_effect("an instance without a first toolpath", "start")
-    with progress(2 + len(comparison.runs(names, seeds, goal))) as step, compiling() as first_run:
-        if first_run:
-            say("Compiling for this machine; this happens once after installation.")
+    with progress(2 + len(comparison.runs(names, seeds, goal))) as step, compiling(say):
         step("loading")
         comparison.warm_up(problem, names, goal, machine)
         rows, traces, best = comparison.run_methods(

@@ -64,9 +64,7 @@ def command(
     height = float(lines.segments[:, :, 1].max() - lines.segments[:, :, 1].min())
     names = None if only is None else [name.strip() for name in only.split(",")]
     known = fitting.candidates(height, names)
-    with progress(len(known) + 1) as step, compiling() as first_run:
-        if first_run:
-            say("Compiling for this machine; this happens once after installation.")
+    with progress(len(known) + 1) as step, compiling(say):
         found = []
         for nozzle in known:
             step(nozzle.name)

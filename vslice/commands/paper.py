@@ -53,9 +53,7 @@ def command(folder: Path, seeds: int, grids: int, file_format: str, effort: str)
         output.check_place(folder / f"figure{k}.{file_format}")
     from vslice import comparison
 
-    with progress(3) as step, compiling() as first_run:
-        if first_run:
-            say("Compiling for this machine; this happens once after installation.")
+    with progress(3) as step, compiling(say):
         step("Table 1")
         tables = [comparison.table_one(seeds)]
         step("methods")

@@ -180,9 +180,7 @@ def command(
     search = Search(
         method, effort, objective, start, conflicts, seed, time_limit_s, workers, recall=not fresh
     )
-    with progress(8 if measured else 6) as step, compiling() as first_run, warnings_said():
-        if first_run:
-            say("Compiling for this machine; this happens once after installation.")
+    with progress(8 if measured else 6) as step, compiling(say), warnings_said():
         sliced = slice_grid(
             _measured(grid_file, profile_name, overrides, asked, step) if measured else grid_file,
             profile_name,

@@ -1,6 +1,5 @@
 """``vslice study``: many sheets on Dask, and what they say."""
 
-import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -116,9 +115,7 @@ def run_command(
 def _run_on(place: Any, work: Any, total: int) -> None:
     from studies.run import Standing
 
-    with progress(1) as step, compiling() as first_run:
-        if first_run:
-            say("Compiling for this machine; this happens once after installation.")
+    with progress(1) as step, compiling(say) as first_run:
         from vslice.experiment import warm_up
 
         step("tasks")
@@ -152,7 +149,9 @@ def _how_it_stands(standing: "Standing", seconds: float) -> str:
 
 def _workers(asked: int | None) -> tuple[int, int]:
     """How many processes, and what each may take in MB: capped by cores and memory, and said where it is."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    from slicer.processes import usable_cores
+
+    cores = usable_cores()
     memory_mb = _memory_mb()
     most = max(1, int((memory_mb - SYSTEM_MB) // MB_A_WORKER))
     count = min(asked or cores, cores, most)

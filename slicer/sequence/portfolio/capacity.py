@@ -4,6 +4,8 @@ import os
 import sys
 from pathlib import Path
 
+from slicer.processes import usable_cores
+
 WORKER_BYTES = 1_200_000_000
 """Memory that one search takes at most by default effort; see the table of peak memory in docs/results.md."""
 
@@ -28,13 +30,6 @@ def allowed_workers(asked: int) -> tuple[int, str | None]:
         )
     workers = "1 worker searches" if allowed == 1 else f"{allowed} workers search"
     return allowed, f"{workers} instead of {asked}: this machine has {said}."
-
-
-def usable_cores() -> int:
-    """Cores that this process may run on."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def available_bytes() -> int | None:
