@@ -118,12 +118,31 @@ def compile_kernels(backwards: bool = False) -> None:
         )
 
 
+def compile_references() -> None:
+    """Compile what ``compare`` holds prints against: greedy with a tree's bound, and no precedence at all."""
+    import numpy as np
+
+    from slicer.grid import Grid
+    from slicer.hatch import hatch
+    from slicer.sequence import solve
+    from slicer.sequence.problem import Search
+    from slicer.sequence.rural_postman import without_precedence
+    from vslice.printable import problem_of
+
+    sheet = Grid(np.full((1, 2), 30.0), np.full((1, 2), 0.3), (1.0, 1.0))
+    problem = problem_of(hatch(sheet).segments, "corner")
+    found = solve(problem, method="greedy")
+    oriented = (2 * found.order + found.flipped).astype(np.int32)
+    without_precedence(Search(problem, effort="quick", initial=oriented))
+
+
 def ship() -> None:
     """Compile everything and leave a note of what it was compiled for."""
     from slicer import machine_code
 
     with compiling(everything=True):
         compile_kernels()
+        compile_references()
     machine_code.shipped_note().write_text(machine_code.toolchain() + "\n")
 
 

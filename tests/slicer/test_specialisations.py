@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
+import gcode
 import slicer
 from slicer import grid, travel
 from slicer.hatch import hatch
 from slicer.kernels import inner_kernel, kernel, widest
 from slicer.sequence import Problem, solve
 from slicer.sequence.problem import Objective
+from vslice.compiling import compile_kernels, compile_references
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "tests" / "data" / "tissue").glob("*.json"))
 
@@ -42,13 +44,29 @@ def test_constants_and_widths_share_one_specialisation():
 def specialisations():
     """How often each kernel has been compiled for the same types, now or by the run that left it on disk."""
     made = Counter()
-    for name in [module.name for module in pkgutil.walk_packages(slicer.__path__, "slicer.")]:
+    for name in [
+        module.name
+        for package in (slicer, gcode)
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    ]:
         for found in vars(importlib.import_module(name)).values():
             if isinstance(found, Dispatcher) and found.__module__ == name:
                 kept = {signature for signature, *_ in found._cache._cache_file._load_index()}
                 for signature in kept | {tuple(one) for one in found.signatures}:
                     made[name, found.__name__, tuple(map(widest, signature))] += 1
     return made
+
+
+def test_an_installation_compiles_nothing_twice_and_every_kind_of_kernel():
+    """Nozzles, cutting, steep tiles, references: what the small sheets of an installation come to."""
+    compile_kernels()
+    compile_references()
+    made = specialisations()
+    assert {"cutting", "sequence"} <= {name.split(".")[1] for name, *_ in made}
+    for folder in ("bound", "construct", "layered", "local_search", "rural_postman", "states", "tree_search"):
+        assert any(name.startswith(f"slicer.sequence.{folder}.") for name, *_ in made), folder
+    assert len(made) > 200
+    assert [one for one, count in made.items() if count > 1] == []
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)

@@ -16,7 +16,7 @@ from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
 from slicer.sequence.portfolio import rehearse_large
-from slicer.sequence.problem import ObjectiveName, Progress, unit_of
+from slicer.sequence.problem import ObjectiveName, Progress, Search, unit_of
 from slicer.sequence.rural_postman import Unordered, without_precedence
 from vslice.objective import join_mm, objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
@@ -212,7 +212,8 @@ def run_methods(
 
 def unordered(problem: Problem, best: Result, effort: str) -> Unordered:
     """The same toolpaths without precedence, from the best printable sequence on."""
-    return without_precedence(problem, (2 * best.order + best.flipped).astype(np.int32), effort=effort)
+    oriented = (2 * best.order + best.flipped).astype(np.int32)
+    return without_precedence(Search(problem, effort=effort, initial=oriented))
 
 
 def price_of_printability(rows: Sequence[Row], free: Unordered) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from slicer.sequence.bound.nearby import PACE
 from slicer.sequence.bound.streamed_bound import EVERYTHING, StreamedBound
 from slicer.sequence.bound.subgradient_ascent import step_lengths
-from slicer.sequence.problem import Search
+from slicer.sequence.problem import Objective, Search
 from slicer.sequence.states import DownSets, Section, all_down_sets, extent, join_tied_columns
 
 MOST_DOWN_SETS = 6_000
@@ -36,8 +36,13 @@ def open_streamed_bound(search: Search) -> StreamedBound | None:
 
     For straight travel alone: other objectives it does not price. None as well where time ran out.
     """
-    found = _down_sets(search)
-    if found is None or search.should_stop():
+    if search.objective.routed or search.should_stop():
+        return None
+    found = _down_sets(search, search.objective)
+    if isinstance(found, str):
+        search.report(found)
+        return None
+    if search.should_stop():
         return None
     bound = StreamedBound(*found)
     if max(int(states.size.max()) for states in bound.states) > MOST_VALUES:
@@ -47,26 +52,21 @@ def open_streamed_bound(search: Search) -> StreamedBound | None:
 
 
 def is_streamable(search: Search) -> bool:
-    """Whether a search for straight travel has a streamed bound, as far as its columns tell."""
-    return _down_sets(search) is not None
+    """Whether straight travel on a search's problem has a streamed bound, as far as the columns tell."""
+    return not isinstance(_down_sets(search, Objective()), str)
 
 
-def _down_sets(search: Search) -> tuple[Section, DownSets] | None:
-    """What is ordered and all down-sets of its columns; None where those are too many, or columns too few."""
-    if search.objective.routed or search.should_stop():
-        return None
-    section = join_tied_columns(Section.whole(search.problem, search.objective))
+def _down_sets(search: Search, objective: Objective) -> tuple[Section, DownSets] | str:
+    """What is ordered and all down-sets of its columns, or why there is no such bound."""
+    section = join_tied_columns(Section.whole(search.problem, objective))
     if section.columns < 2:
-        search.report("a single column, no bound")
-        return None
+        return "a single column, no bound"
     sets = all_down_sets(section, MOST_DOWN_SETS)
     if sets is None:
-        search.report(TOO_MANY)
-        return None
+        return TOO_MANY
     arcs = extent(sets, np.arange(section.columns, dtype=np.int32))[1]
     if arcs > STRETCH * ARCS[search.effort]:
-        search.report("a sheet too large for a bound with this effort")
-        return None
+        return "a sheet too large for a bound with this effort"
     return section, sets
 
 

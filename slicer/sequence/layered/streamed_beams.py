@@ -112,13 +112,7 @@ def _bands(search: Search, bound: StreamedBound, widths: Widths) -> bool:
     parts: list[NDArray[np.intp]] = []
     for band in columns:
         toolpaths = np.flatnonzero(np.isin(bound.column, band))
-        part = Search(
-            problem.part(toolpaths, begins=not parts),
-            objective=search.objective,
-            effort=search.effort,
-            seed=search.seed,
-            deadline=search.deadline,
-        )
+        part = search.part(problem.part(toolpaths, begins=not parts))
         start_along_levels(part)
         inner = open_streamed_bound(part)
         here = np.stack([2 * toolpaths, 2 * toolpaths + 1], axis=1).ravel()

@@ -132,8 +132,7 @@ def _stages(search: Search, method: Method, *, refined: bool, enumerating: bool)
     first = problem.n <= (CARRY_UP_TO[effort] if problem.planar else OWN_UP_TO) and enumerable(search)
     if first:
         yield Stage(own, method, effort, work)
-    # Nobody listens to a search of its own: why there is no such bound is of no interest to the goal.
-    if problem.planar and is_streamable(Search(problem, effort=effort, deadline=search.deadline)):
+    if problem.planar and is_streamable(search):
         led = method if effort == "high" else partial(_beams, otherwise=method)
         onward = beam if not first and effort == "default" and problem.n <= OWN_UP_TO else None
         yield Stage("straight", led, effort, WORK_AFTER_BEAMS[effort], _upwards(search), onward)

@@ -71,10 +71,8 @@ def run_workers(search: Search, searching: Searching, method: str, workers: int)
 
 def _time_of_day(search: Search) -> float | None:
     """When the workers should stop, on the one clock which they share; None for no limit."""
-    if search.deadline is None:
-        return None
-    left = search.deadline - time.perf_counter()
-    return time.time() + left * (1.0 - MERGING_SHARE)
+    left = search.time_left()
+    return None if left is None else time.time() + left * (1.0 - MERGING_SHARE)
 
 
 def _listen(team: Sequence["Worker"], search: Search) -> None:
@@ -83,11 +81,11 @@ def _listen(team: Sequence["Worker"], search: Search) -> None:
     shown.listener = search.listener
     waiting = list(team)
     while waiting:
-        left = None if search.deadline is None else search.deadline + GRACE_S - time.perf_counter()
-        if left is not None and left <= 0.0:
+        left = search.time_left()
+        if left is not None and left + GRACE_S <= 0.0:
             search.stopped = True
             return
-        ready = wait([worker.connection for worker in waiting], left)
+        ready = wait([worker.connection for worker in waiting], None if left is None else left + GRACE_S)
         for worker in [worker for worker in waiting if worker.connection in ready]:
             if not worker.hear():
                 waiting.remove(worker)

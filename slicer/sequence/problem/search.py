@@ -198,7 +198,12 @@ class Search:
 
     def late(self) -> bool:
         """Whether the deadline has passed."""
-        return self.deadline is not None and time.perf_counter() >= self.deadline
+        left = self.time_left()
+        return left is not None and left <= 0.0
+
+    def time_left(self) -> float | None:
+        """Seconds until the deadline, below 0 behind it; None where there is none."""
+        return None if self.deadline is None else self.deadline - time.perf_counter()
 
     def random_state(self, draws: Draws, stream: int | None = None) -> NDArray[np.uint64]:
         """uint64 (1,), for ``draw``; ``stream`` tells apart several runs of the same kind."""
@@ -229,10 +234,9 @@ class Search:
         It may take ``share`` of the time that is left, and another ``effort``, and see the sheet stretched
         ``upwards`` so many times. Its counts are those of ``absorb``, to be called in the end.
         """
-        deadline = self.deadline
-        if deadline is not None and share < 1.0:
-            now = time.perf_counter()
-            deadline = now + share * (deadline - now)
+        deadline, left = self.deadline, self.time_left()
+        if deadline is not None and left is not None and share < 1.0:
+            deadline -= (1.0 - share) * left
         inner = Search(
             self.problem if upwards == 1.0 else self.problem.stretched(upwards),
             objective=replace(self.objective, name=name),
@@ -243,6 +247,12 @@ class Search:
         )
         inner._goal = self
         return inner
+
+    def part(self, problem: Problem) -> "Search":
+        """A search for the same of another problem, such as a part of this one, that nobody listens to."""
+        return Search(
+            problem, objective=self.objective, effort=self.effort, seed=self.seed, deadline=self.deadline
+        )
 
     def apart(self, seed: int) -> "Search":
         """A search of its own for the same, without deadline and listener, which another process may get."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from slicer.nozzle import POINT
 from slicer.sequence.bound import TreeBound
-from slicer.sequence.problem import Draws, Objective, Problem, compressed, neighbours, random_state
+from slicer.sequence.problem import Draws, Objective, Problem, Search, compressed, neighbours, random_state
 from slicer.sequence.rural_postman.relaxation import Relaxation
 from slicer.sequence.rural_postman.reversals import Path, anneal_without_precedence
 from slicer.sequence.rural_postman.rounding import rounded
@@ -67,35 +67,32 @@ class Unordered:
     runtime_s: float
 
 
-def without_precedence(
-    problem: Problem, oriented: NDArray[np.int32], *, effort: str = "default", seed: int = 0
-) -> Unordered:
-    """Shorten a sequence's straight travel, whatever precedence and allowed directions say.
+def without_precedence(search: Search) -> Unordered:
+    """Shorten the straight travel of a search's best sequence, whatever precedence and directions say.
 
-    Args:
-        problem: whose first toolpath, if it names one, stays first, in the direction that it has.
-        oriented: int32 (n,), the printable sequence to begin with.
-        effort, seed: as for ``sequence.solve``.
+    The first toolpath, if the problem names one, stays first, in the direction that it has. Where the search
+    should stop, what has been found so far is given. To the search itself nothing is offered.
     """
     begin = time.perf_counter()
-    free = _freed(problem)
-    n = problem.n
-    best, travel = np.array(oriented, np.int32), _travel(free, oriented)
+    free, effort, seed = _freed(search.problem), search.effort, search.seed
+    n = free.n
+    best, travel = search.oriented.copy(), _travel(free, search.oriented)
     bound = 0.0
     if n > 1:
         # What may follow an oriented toolpath is near the endpoint at which it is left.
         near = neighbours(free).after.reshape(n, 2, -1)[:, ::-1].reshape(2 * n, -1).copy()
         programmed = n <= PROGRAM_UP_TO[effort] and find_spec("highspy") is not None
         best, travel = _shortened(
-            free, best, near, KICKS[effort], HEAT, random_state(seed, Draws.RURAL_POSTMAN)
+            search, free, best, near, (KICKS[effort], HEAT), random_state(seed, Draws.RURAL_POSTMAN)
         )
         if programmed:
-            relaxed = _programmed(free, best, near, ROUNDS[effort])
+            relaxed = _programmed(free, best, near)
+            relaxed.raise_bound(ROUNDS[effort], search.should_stop)
             bound = relaxed.bound
             tours = min(TOURS[effort], TOOLPATHS_OF_TOURS[effort] // n)
-            best, travel = _from_parts(free, relaxed, (best, travel), tours, seed)
+            best, travel = _from_parts(search, free, relaxed, (best, travel), tours)
         else:
-            bound = _bound(free, travel, STEPS[effort])
+            bound = _bound(search, free, travel, STEPS[effort])
         bound = min(bound, travel)
     order, flipped = (best >> 1).astype(np.int64), (best & 1).astype(np.bool_)
     return Unordered(order, flipped, travel, bound, time.perf_counter() - begin)
@@ -106,15 +103,15 @@ def _travel(free: Problem, oriented: NDArray[np.int32]) -> float:
 
 
 def _shortened(
+    search: Search,
     free: Problem,
     oriented: NDArray[np.int32],
     near: NDArray[np.int32],
-    kicks: int,
-    heat: float,
+    kicked: tuple[int, float],
     state: NDArray[np.uint64],
 ) -> tuple[NDArray[np.int32], float]:
-    """A path shortened by local search with so many kicks for each toolpath, and its travel."""
-    n = free.n
+    """A path shortened by local search with so many kicks for each toolpath, of such heat, and its travel."""
+    n, (kicks, heat) = free.n, kicked
     sequence, position = oriented.copy(), np.empty(n, np.int32)
     position[sequence >> 1] = np.arange(n)
     path = Path(
@@ -132,6 +129,8 @@ def _shortened(
     steps = free.segments[:, 1] - free.segments[:, 0]
     length = float(np.hypot(steps[:, 0], steps[:, 1]).mean())
     for done in range(0, kicks * n, AT_ONCE):  # Ctrl-C comes through between
+        if search.should_stop():
+            break
         part = min(AT_ONCE, kicks * n - done)
         now, cooled = (heat * length * (1.0 - at / (kicks * n)) for at in (done, done + part))
         anneal_without_precedence(path, state, part, now, cooled)
@@ -139,18 +138,18 @@ def _shortened(
 
 
 def _from_parts(
-    free: Problem, relaxed: Relaxation, known: tuple[NDArray[np.int32], float], tours: int, seed: int
+    search: Search, free: Problem, relaxed: Relaxation, known: tuple[NDArray[np.int32], float], tours: int
 ) -> tuple[NDArray[np.int32], float]:
     """The shortest of what a path, and those that the solution of the linear program leads to, come to."""
-    (best, travel), near = known, relaxed.near(NEAR)
+    (best, travel), near, seed = known, relaxed.near(NEAR), search.seed
     for k in range(tours):
-        if travel <= relaxed.bound * (1 + RELATIVE_EPS):
+        if travel <= relaxed.bound * (1 + RELATIVE_EPS) or search.should_stop():
             break
         noise = 0.0 if k == 1 else NOISE[k % len(NOISE)]
         start = best if k == 0 else rounded(relaxed, noise, np.random.default_rng((seed, k)))
         if start is not None:
             state = random_state(seed, Draws.RURAL_POSTMAN, k)
-            found, length = _shortened(free, start, near, TOUR_KICKS, TOUR_HEAT, state)
+            found, length = _shortened(search, free, start, near, (TOUR_KICKS, TOUR_HEAT), state)
             if length < travel:
                 best, travel = found, length
     return best, travel
@@ -173,16 +172,16 @@ def _freed(problem: Problem) -> Problem:
     )
 
 
-def _bound(free: Problem, travel_mm: float, steps: int) -> float:
+def _bound(search: Search, free: Problem, travel_mm: float, steps: int) -> float:
     tree = TreeBound(free, Objective().cost_model)
     for _ in range(steps):
+        if search.should_stop():
+            break
         tree.improve(travel_mm)
-    return tree.bound
+    return max(0.0, tree.bound)
 
 
-def _programmed(
-    free: Problem, oriented: NDArray[np.int32], near_ends: NDArray[np.int32], rounds: int
-) -> Relaxation:
+def _programmed(free: Problem, oriented: NDArray[np.int32], near_ends: NDArray[np.int32]) -> Relaxation:
     """The linear program, which begins with travels between near ends, and those of a path."""
     entered, left = oriented.astype(np.int64), oriented.astype(np.int64) ^ 1
     n2 = 2 * free.n
@@ -196,6 +195,4 @@ def _programmed(
         np.stack([ends[begins], np.full(begins.sum(), n2)], axis=1),
         np.stack([ends, np.full(n2, n2 + 1)], axis=1),
     ]
-    relaxed = Relaxation(free.segments.reshape(-1, 2), begins, np.concatenate(travels))
-    relaxed.raise_bound(rounds)
-    return relaxed
+    return Relaxation(free.segments.reshape(-1, 2), begins, np.concatenate(travels))

@@ -12,6 +12,7 @@ nothing; from the first of them only to where the sequence may begin. HiGHS solv
 what it had before.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,11 +75,13 @@ class Relaxation:
         self._model.addRows(self.nodes, ones, ones, 0, np.zeros(self.nodes, np.int32), none, np.empty(0))
         self._add_travels(np.unique(np.sort(travels, axis=1), axis=0))
 
-    def raise_bound(self, rounds: int) -> None:
-        """Solve, add what is missing, and solve again, at most so many times."""
+    def raise_bound(self, rounds: int, should_stop: Callable[[], bool] = lambda: False) -> None:
+        """Solve, add what is missing, and solve again, at most so many times and until it should stop."""
         history = []
         for _ in range(rounds):
             self._solve()
+            if should_stop():
+                break
             sets = self._grown()
             if not self._add_sets(sets):
                 if self._add_travels(self._missing()):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from slicer.sequence import Problem, solve
+from slicer.sequence.problem import Search
 from slicer.sequence.rural_postman import reference, without_precedence
 from slicer.sequence.rural_postman.violated_sets import components, growing_sets, least_left, odd_sets
 
@@ -19,7 +20,9 @@ highs = pytest.mark.skipif(
 def unordered(segments, first=None, effort="default"):
     problem = Problem.build(segments, first=first)
     start = solve(problem, method="greedy")
-    return without_precedence(problem, (2 * start.order + start.flipped).astype(np.int32), effort=effort)
+    return without_precedence(
+        Search(problem, effort=effort, initial=(2 * start.order + start.flipped).astype(np.int32))
+    )
 
 
 def least(segments, first):

@@ -6,7 +6,7 @@ import pytest
 from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
-from slicer.sequence.problem import neighbours
+from slicer.sequence.problem import Search, neighbours
 from slicer.sequence.rural_postman import reference, without_precedence
 from slicer.sequence.rural_postman.reference import _freed, _programmed
 from slicer.sequence.rural_postman.rounding import rounded
@@ -20,7 +20,9 @@ def relaxed_of(problem):
     free = _freed(problem)
     near = neighbours(free).after.reshape(free.n, 2, -1)[:, ::-1].reshape(2 * free.n, -1).copy()
     start = solve(problem, method="greedy")
-    return _programmed(free, (2 * start.order + start.flipped).astype(np.int32), near, 60)
+    relaxed = _programmed(free, (2 * start.order + start.flipped).astype(np.int32), near)
+    relaxed.raise_bound(60)
+    return relaxed
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -32,7 +34,8 @@ def test_a_tour_has_every_toolpath_once_and_begins_where_it_may(seed, rounds, mo
     free = _freed(problem)
     near = neighbours(free).after.reshape(free.n, 2, -1)[:, ::-1].reshape(2 * free.n, -1).copy()
     start = solve(problem, method="greedy")
-    relaxed = _programmed(free, (2 * start.order + start.flipped).astype(np.int32), near, rounds)
+    relaxed = _programmed(free, (2 * start.order + start.flipped).astype(np.int32), near)
+    relaxed.raise_bound(rounds)
     if not len(relaxed.part):
         relaxed._solve()
     for k, noise in enumerate((0.0, 0.2, 1.0, 5.0)):
@@ -62,8 +65,8 @@ def test_tours_that_it_suggests_come_nearer_to_the_bound(monkeypatch):
     problem = Problem.build(hatch(random_walk(4, 4, seed=1)).segments, first=0)
     start = solve(problem, method="greedy")
     oriented = (2 * start.order + start.flipped).astype(np.int32)
-    led = without_precedence(problem, oriented)
+    led = without_precedence(Search(problem, initial=oriented))
     monkeypatch.setitem(reference.TOURS, "default", 0)
-    alone = without_precedence(problem, oriented)
+    alone = without_precedence(Search(problem, initial=oriented))
     assert led.lower_bound_mm == alone.lower_bound_mm
     assert led.travel_mm <= 1.01 * led.lower_bound_mm < alone.travel_mm
