@@ -15,6 +15,7 @@ from profiles import Profile
 from slicer.grid import Grid
 from slicer.hatch import Hatch
 from slicer.sequence import Result
+from slicer.sequence.problem import is_routed, is_timed
 from slicer.support import Hanging
 from slicer.travel import Plan
 from vslice.printable import Printable
@@ -144,6 +145,6 @@ class Sliced:
 
 def in_its_unit(objective: str, plan: Plan, made: program.Program) -> float:
     """The travel of a plan as an objective counts it, in mm or s; time is that of the estimated time."""
-    if objective == "time":
+    if is_timed(objective):
         return made.times.travel_s
-    return plan.routed_mm if objective == "routed" else plan.straight_mm
+    return plan.routed_mm if is_routed(objective) else plan.straight_mm

@@ -42,7 +42,7 @@ def sliced_rows(sliced: "Sliced") -> dict[str, str]:
     rows["hanging"] = (
         f"{sliced.hanging.length_mm.sum():.1f} mm, {sliced.hanging.bridge_mm.max():.2f} mm at once"
     )
-    if result.objective == "time":
+    if result.timed:
         rows["minimised"] = f"{result.cost:.1f} s of travels from stop to stop{_known(result)}"
     return rows
 
@@ -68,7 +68,7 @@ def _nozzle_rows(sliced: "Sliced") -> dict[str, str]:
 def _saved(sliced: "Sliced") -> str:
     """What the order gained against the source paper's hill climbing, in the unit of the objective."""
     unit, objective = sliced.result.unit, sliced.result.objective
-    what = "travel" if objective == "time" else f"{objective} travel"
+    what = "travel" if sliced.result.timed else f"{objective} travel"
     gained = sliced.greedy - sliced.travel
     part = gained / sliced.greedy if sliced.greedy else 0.0
     before = f"{sliced.greedy:.1f} {unit} of {what}"

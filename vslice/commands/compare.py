@@ -48,8 +48,8 @@ FORMATS = ("csv", "md", "json")
 @click.option(
     "--plot",
     type=click.Path(path_type=Path),
-    help="Also draw every run over time: PNG, SVG or PDF. With --objective straight J above the best bound "
-    "in percent, or J where there is no bound; else what the objective measures, in mm or s.",
+    help="Also draw every run over time: PNG, SVG or PDF. How far what the objective measures is above its "
+    "best bound, in percent; or itself, in mm or s, where there is no bound.",
 )
 @click.option(
     "--play",
@@ -141,7 +141,7 @@ def command(
     if plot is not None and plot_format is not None:
         from gcode import preview
 
-        bound = max((row.travel_bound_mm for row in rows if row.travel_bound_mm is not None), default=None)
+        bound = max((row.cost_bound for row in rows if row.cost_bound is not None), default=None)
         title = f"{file.name}: {problem.n} toolpaths, aimed at {objective}, effort {effort}"
         figure = comparison.draw_runs(traces, bound, goal, title)
         output.write(plot, [preview.picture(figure, plot_format)])

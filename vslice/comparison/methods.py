@@ -16,7 +16,7 @@ from profiles import Profile
 from slicer import sequence, travel
 from slicer.sequence import Problem, Result
 from slicer.sequence.portfolio import rehearse_large
-from slicer.sequence.problem import ObjectiveName, Progress, Search, unit_of
+from slicer.sequence.problem import ObjectiveName, Progress, Search, is_routed, unit_of
 from slicer.sequence.rural_postman import Unordered, without_precedence
 from vslice.objective import join_mm, objective_of
 from vslice.options import IGNORED, IGNORED_STRAIGHT
@@ -122,7 +122,7 @@ class Machine(NamedTuple):
 
 def runs(methods: Sequence[str], seeds: int, objective: ObjectiveName) -> list[tuple[str, int]]:
     """Method and seed of every run: greedy too, since the others are compared with it."""
-    once = ONCE_STRAIGHT if objective == "straight" else ONCE
+    once = ONCE if is_routed(objective) else ONCE_STRAIGHT
     return [
         (method, seed)
         for method in dict.fromkeys([*methods, "greedy"])
@@ -289,7 +289,7 @@ def as_text(rows: Sequence[Row], file_format: str, objective: ObjectiveName) -> 
     heads = {
         key: f"{head} [{unit_of(objective)}]" if key in COSTS else head for key, head in HEADINGS.items()
     }
-    if objective == "straight":
+    if not is_routed(objective):
         heads = {key: head for key, head in heads.items() if key not in COSTS}
     lines = ["| " + " | ".join(heads.values()) + " |", "|---" * len(heads) + "|"]
     lines += ["| " + " | ".join(_cell(key, record[key]) for key in heads) + " |" for record in records]
@@ -306,14 +306,12 @@ def _cell(key: str, value: Any) -> str:
 
 
 def draw_runs(traces: Sequence[Trace], bound: float | None, objective: ObjectiveName, title: str) -> Any:
-    """A matplotlib figure of every run over time: the cost of its best sequence.
+    """A matplotlib figure of every run over time: how far its best sequence is above the best bound.
 
-    Bounds hold for straight travel alone. Where that is the objective and there is one, the gap to it is
-    drawn instead.
+    The bound is in the objective's unit; where there is none, costs are drawn.
     """
     from matplotlib.figure import Figure
 
-    gap = bool(bound) and objective == "straight"
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.add_subplot()
     named: dict[str, str] = {}
@@ -322,13 +320,14 @@ def draw_runs(traces: Sequence[Trace], bound: float | None, objective: Objective
         color = named.setdefault(trace.method, f"C{len(named) % 10}")
         seconds = [max(point[0], 1e-3) for point in trace.points]
         costs = np.array([point[1] for point in trace.points])
-        values = 100 * (costs / bound - 1) if gap and bound else costs
+        values = 100 * (costs / bound - 1) if bound else costs
         axes.step(seconds, values, where="post", color=color, label=label, marker=".", lw=1)
     axes.set_title(title)
     axes.set_xscale("log")
     axes.set_xlabel("seconds")
-    axes.set_ylabel("J above the best bound [%]" if gap else AXIS[objective])
-    if gap:
+    axes.set_ylabel(AXIS[objective])
+    if bound:
+        axes.set_ylabel(f"{AXIS[objective].rpartition(' ')[0]} above the best bound [%]")
         axes.set_ylim(bottom=0)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)

@@ -6,7 +6,14 @@ from slicer.sequence.problem.checks import real_number, whole_number
 from slicer.sequence.problem.comparability import realizer
 from slicer.sequence.problem.directions import directed, start_of
 from slicer.sequence.problem.neighbour_lists import Neighbours, neighbours, pitch
-from slicer.sequence.problem.objective import CostModel, Objective, ObjectiveName, unit_of
+from slicer.sequence.problem.objective import (
+    CostModel,
+    Objective,
+    ObjectiveName,
+    is_routed,
+    is_timed,
+    unit_of,
+)
 from slicer.sequence.problem.problem import REACH_MM, Problem, compressed
 from slicer.sequence.problem.random_numbers import Draws, draw, random_state, scrambled
 from slicer.sequence.problem.result import Result
@@ -45,6 +52,8 @@ __all__ = [
     "direct_sum",
     "directed",
     "draw",
+    "is_routed",
+    "is_timed",
     "least_cost_per_mm",
     "least_travel_cost",
     "leg_cost",

@@ -20,9 +20,19 @@ FARTHEST_MM = 1e5
 """Largest clearance: as far as coordinates reach."""
 
 
-def unit_of(name: ObjectiveName) -> str:
+def is_timed(name: str) -> bool:
+    """Whether an objective counts seconds; otherwise mm."""
+    return name == "time"
+
+
+def is_routed(name: str) -> bool:
+    """Whether what is printed at the moment matters to an objective, since travels keep above it."""
+    return name != "straight"
+
+
+def unit_of(name: str) -> str:
     """The unit in which an objective counts."""
-    return "s" if name == "time" else "mm"
+    return "s" if is_timed(name) else "mm"
 
 
 class CostModel(NamedTuple):
@@ -135,7 +145,17 @@ class Objective:
     @property
     def routed(self) -> bool:
         """Whether what is printed at the moment matters."""
-        return self.name != "straight"
+        return is_routed(self.name)
+
+    @property
+    def timed(self) -> bool:
+        """Whether it counts seconds."""
+        return is_timed(self.name)
+
+    @property
+    def without_walls(self) -> ObjectiveName:
+        """The objective of the same unit that does not look at what is printed."""
+        return "time" if self.timed else "straight"
 
     @property
     def _join_fall(self) -> float:
@@ -145,7 +165,7 @@ class Objective:
     @property
     def cost_model(self) -> CostModel:
         """What the kernels are given of it."""
-        timed = self.name == "time"
+        timed = self.timed
         return CostModel(
             timed,
             self.clearance_mm if self.routed else 0.0,

@@ -6,6 +6,8 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.problem.objective import is_routed, is_timed
+
 RELATIVE_EPS, ABSOLUTE_EPS = 1e-9, 1e-12
 """Rounding between a travel and its bound. A sheet may be a thousandth of a millimetre wide: what tells two
 sequences apart grows and shrinks with it, and the absolute part is for travels of nothing.
@@ -81,6 +83,11 @@ class Result:
         )
         return f"<table><caption>sequence</caption>{cells}</table>"
 
+    @property
+    def timed(self) -> bool:
+        """Whether its cost and bound are seconds."""
+        return is_timed(self.objective)
+
     def summary(self) -> str:
         """One line for people: the travel, what is known of the optimum, and the effort."""
         if self.proved:
@@ -89,7 +96,7 @@ class Result:
             known = "no bound"
         else:
             known = f"at least {self.lower_bound:.4f} {self.unit} is needed"
-        goal = "" if self.objective == "straight" else f", {self.objective} {self.cost:.4f} {self.unit}"
+        goal = "" if not is_routed(self.objective) else f", {self.objective} {self.cost:.4f} {self.unit}"
         return (
             f"{self.method}: {len(self.order)} toolpaths, straight travel {self.travel_mm:.4f} mm{goal} "
             f"({known}), {self.nodes_visited} nodes, {self.states_created} states, "

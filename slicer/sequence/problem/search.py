@@ -176,7 +176,7 @@ class Search:
         Args:
             seconds: of work, from counts and never from the clock, so that results are the same everywhere.
         """
-        if self.effort == "high" or self.objective.unit != "s" or self.lower_bound == 0.0:
+        if self.effort == "high" or not self.objective.timed or self.lower_bound == 0.0:
             return True
         return LIKELY * (self.cost - self.lower_bound) >= seconds
 
