@@ -1,5 +1,6 @@
 """The order and direction of toolpaths: one ``Problem``, one ``Result``, and the methods that
-``METHODS`` in ``solve`` names, each in the folder whose means it uses.
+``METHODS`` in ``solve`` names, each in the folder whose means it uses. What must be printed before what is
+not decided here: rules of precedence stand in ``slicer.precedence`` and ``slicer.sweep``.
 """
 
 from slicer.sequence.construct import followed

@@ -81,7 +81,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
     "time_limit_s",
     type=seconds,
     metavar="S",
-    help="End the search early; cutting counts too.",
+    help="End the search early. Cutting, and finding what must come first, count too, but are not cut short.",
 )
 @click.option(
     "--workers",

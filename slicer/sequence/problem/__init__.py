@@ -1,5 +1,6 @@
 """What is asked and answered: problem, objective, the exact cost of a sequence, the result; the ``Search``
-that a method is given, when it stops, and its random numbers.
+that a method is given, when it stops, and its random numbers. A problem takes the precedence as it comes
+from ``slicer.precedence``, below all of this.
 """
 
 from slicer.sequence.problem.checks import real_number, whole_number
