@@ -18,6 +18,10 @@ PACE = 28.0
 """How many toolpaths, on average, a column may be ahead of its neighbour."""
 
 
+FEWER = 0.8
+"""With more of all travels left, looks at all states in between cost more than is saved."""
+
+
 class Climbed(NamedTuple):
     """What an ascent looks at: states, what they pay, and where walks through them begin and end."""
 
@@ -47,13 +51,13 @@ def near_states(section: Section, sets: DownSets, blocks: Blocks, pace: ArrayLik
 
 
 def nearby(section: Section, sets: DownSets, whole: Climbed, pace: ArrayLike) -> Climbed | None:
-    """Those of ``whole`` that are ``near_states``; None if these are all, or if no walk keeps to them."""
+    """Those of ``whole`` that are ``near_states``; None if they are hardly fewer, or no walk keeps to them."""
     blocks = whole.blocks
     near = near_states(section, sets, blocks, pace)
     if near.all():
         return None
     inner = connect(section, sets, blocks.bounds, blocks.among(near, sets))
-    if (np.diff(inner.state_start) == 0).any():
+    if (np.diff(inner.state_start) == 0).any() or inner.arcs > FEWER * blocks.arcs:
         return None
     ends = find_ends(section, sets, inner)
     if len(ends.starts) == 0:

@@ -31,6 +31,8 @@ ROUTED_PASSES = PASSES | {
 On dti_small_101D_sagittal_10x10 the narrow ones find nothing below 44.9 s, nor does the dear one; on a random
 walk of 10x10 they come from 45.3 to 45.1 s, and that one to 44.8.
 """
+SECONDS = 1.2e-7
+"""What a successor takes, about: the dear search is made only for what it may win back."""
 MOST_STEPPED = {"quick": 100_000_000, "default": 1_200_000_000, "high": 10_000_000_000}
 """Travels that the steps of a pass may look at, or there are fewer of them."""
 MOST_GENERATED = 100_000_000
@@ -66,10 +68,11 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
     passes = (ROUTED_PASSES if search.objective.routed else PASSES)[search.effort]
     begun = search.cost
     for steps, successors, encouraged in passes:
-        if encouraged and search.cost >= begun:
+        affordable = min(successors, MOST_GENERATED // search.problem.n)
+        worth = search.cost < begun and search.pays(SECONDS * affordable * search.problem.n)
+        if encouraged and not worth:
             break
         steps = min(steps, MOST_STEPPED[search.effort] // max(1, bound.climbed.blocks.arcs))
-        affordable = min(successors, MOST_GENERATED // search.problem.n)
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
         raise_bound(search, bound, budget, steps, complete=complete)
         if bound.bound >= search.cost or search.should_stop():
