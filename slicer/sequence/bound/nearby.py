@@ -51,7 +51,7 @@ def near_states(section: Section, sets: DownSets, blocks: Blocks, pace: ArrayLik
 
 
 def nearby(section: Section, sets: DownSets, whole: Climbed, pace: ArrayLike) -> Climbed | None:
-    """Those of ``whole`` that are ``near_states``; None if they are hardly fewer, or no walk keeps to them."""
+    """Those of ``whole`` that are ``near_states``; None if hardly fewer, or where no walk keeps to them."""
     blocks = whole.blocks
     near = near_states(section, sets, blocks, pace)
     if near.all():
