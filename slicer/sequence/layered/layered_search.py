@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound import PairBound
-from slicer.sequence.layered.layers import Limits, Sheet, expand, first_layer, next_layer
+from slicer.sequence.layered.layer import Limits, Sheet
+from slicer.sequence.layered.layers import expand, first_layer, next_layer
 from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.problem import Search
 from slicer.sequence.states import needs, out_of_reach, sets_of_states

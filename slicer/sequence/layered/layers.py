@@ -8,12 +8,11 @@ through it. Nodes above a cut are dropped, and beyond a width the worst. If only
 no sequence below the cut is missed.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel, kernel
+from slicer.sequence.layered.layer import Layer, Limits, Sheet
 from slicer.sequence.layered.node_pool import (
     BOUND,
     LAST,
@@ -25,61 +24,8 @@ from slicer.sequence.layered.node_pool import (
     keep_best,
     rebuild_table,
 )
-from slicer.sequence.problem import CostModel, direct_cost, least_travel_cost, scrambled
-from slicer.sequence.states import FREE, NONE, OUTSIDE, Blocks, Needs, Skylines, cost_over, needs_printed
-
-
-class Sheet(NamedTuple):
-    """What a search needs to know of its section, and does not change.
-
-    Attributes:
-        segments: float64 (n, 2, 2) in mm.
-        column: int32 (n,), the column of each toolpath.
-        local: int32 (n,), the number of each toolpath in its column, as in ``DownSets``.
-        distant: what toolpaths need of columns that no block has together with theirs.
-        cost_model: what a travel costs.
-    """
-
-    segments: NDArray[np.float64]
-    column: NDArray[np.int32]
-    local: NDArray[np.int32]
-    distant: Needs
-    cost_model: CostModel
-
-
-class Limits(NamedTuple):
-    """What is dropped of a layer.
-
-    Attributes:
-        cut: nodes whose bound is above it, which do not count as dropped.
-        width: of the others, all but so many.
-        metric: whether the cost obeys the triangle inequality, so that a node is of no use if another one has
-            the same printed and could go to this one's end for less.
-    """
-
-    cut: float
-    width: int
-    metric: bool
-
-
-class Layer(NamedTuple):
-    """The nodes with one number of printed toolpaths.
-
-    Attributes:
-        state: int32 (m, b), the state of each block.
-        last: int32 (m,), the last oriented toolpath.
-        cost: float64 (m,), of the travels so far.
-        estimate: float64 (m,), the sum of the blocks' values: at least this much is to come.
-        key: uint64 (m,), a hash of what is printed.
-        parent: int32 (m,), the node of the layer before.
-    """
-
-    state: NDArray[np.int32]
-    last: NDArray[np.int32]
-    cost: NDArray[np.float64]
-    estimate: NDArray[np.float64]
-    key: NDArray[np.uint64]
-    parent: NDArray[np.int32]
+from slicer.sequence.problem import direct_cost, least_travel_cost, scrambled
+from slicer.sequence.states import FREE, NONE, OUTSIDE, Blocks, Skylines, cost_over, needs_printed
 
 
 @inner_kernel

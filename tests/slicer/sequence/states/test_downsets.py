@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
-from slicer.sequence.states.downsets import UNLIMITED, DownSets, any_order, down_sets
+from slicer.sequence.states.downsets import DownSets, any_order, down_sets
+from slicer.sequence.states.one_column import UNLIMITED
 from slicer.sequence.states.section import Section, extents
 
 
