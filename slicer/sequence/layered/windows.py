@@ -25,6 +25,11 @@ MOST_DOWN_SETS = 300
 """A column of a window with more than these is searched in a corridor around the given order."""
 MERGED_STATES = 2_000
 WORK_PER_TOOLPATH = {"quick": 2_000, "default": 10_000, "high": 60_000}
+SECONDS_UNDER_A_BODY = 2.5e-7
+"""What a unit of work takes there, about, twice as much as for a point. So a pass that saves fewer seconds
+than it takes is the last: ihc_8x8 under a brass nozzle, in 4850 pieces, comes to 575 s of travel in 27 s,
+and to 565 in 45. For a point, what follows makes more of the windows than they do.
+"""
 
 
 def window_search(
@@ -55,7 +60,7 @@ def window_search(
     exhausted = set() if exhausted is None else exhausted
     while n > 1:
         length = min(length, n)
-        gained = 0.0
+        gained, spent = 0.0, budget.spent
         ground, done = Ground(problem.segments, problem.body), 0
         for begin in _begins(n, length):
             if budget.spent >= budget.limit or search.should_stop():
@@ -72,6 +77,9 @@ def window_search(
             gained += gain
             if gain == 0.0:
                 exhausted.add(window.tobytes())
+        seconds = 0.0 if problem.body.is_point else SECONDS_UNDER_A_BODY * (budget.spent - spent)
+        if not search.won_back(gained, seconds):
+            break
         if gained == 0.0:
             if length == n:
                 break

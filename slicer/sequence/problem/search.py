@@ -180,6 +180,10 @@ class Search:
             return True
         return LIKELY * (self.cost - self.lower_bound) >= seconds
 
+    def won_back(self, gained: float, seconds: float) -> bool:
+        """Whether work that took so many seconds has gained as many of printing; see ``pays``."""
+        return self.effort == "high" or not self.objective.timed or gained >= seconds
+
     @property
     def serves_another(self) -> bool:
         """Whether another search made it, for sequences that may be good ones there; see ``surrogate``."""

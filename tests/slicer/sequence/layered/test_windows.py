@@ -8,9 +8,12 @@ from searching import searched
 
 from slicer import generate
 from slicer.hatch import hatch
+from slicer.nozzle import NozzleBody
 from slicer.sequence import Problem
 from slicer.sequence.construct.hill_climbing import greedy
+from slicer.sequence.layered import windows
 from slicer.sequence.layered.windows import window_search
+from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.search import Search
 
 
@@ -61,3 +64,30 @@ def test_next_to_nothing(count):
     problem = Problem.build(segments, first=None)
     oriented = (2 * np.arange(count)).astype(np.int32)
     assert len(window_search(Search(problem), oriented)) == count
+
+
+@pytest.mark.parametrize(
+    ("effort", "name", "ended"),
+    [
+        ("default", "time", True),
+        ("quick", "time", True),
+        ("high", "time", False),
+        ("default", "straight", False),
+    ],
+)
+def test_under_a_body_a_pass_that_takes_longer_than_it_saves_is_the_last(monkeypatch, effort, name, ended):
+    segments = hatch(generate.random_walk(3, 3, seed=5)).segments
+    problem = Problem.build(segments, body=NozzleBody.of(0.05, press_mm=0.05))
+    before = searched(greedy, problem).oriented
+    passes = []
+    begins = windows._begins
+    monkeypatch.setattr(windows, "_begins", lambda n, length: passes.append(length) or begins(n, length))
+    for seconds in (0.0, 1.0):
+        monkeypatch.setattr(windows, "SECONDS_UNDER_A_BODY", seconds)
+        passes.append(0)
+        objective = Objective(name, 0.2, (30.0, 50.0, 5.0), (500.0, 500.0, 50.0))
+        window_search(Search(problem, objective=objective, effort=effort), before, length=20)
+    patient, hasty = passes[1 : passes.index(0, 1)], passes[passes.index(0, 1) + 1 :]
+    assert len(patient) > 1
+    assert (len(hasty) == 1) == ended
+    assert ended or hasty == patient
