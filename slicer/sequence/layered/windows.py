@@ -26,10 +26,7 @@ MOST_DOWN_SETS = 300
 MERGED_STATES = 2_000
 WORK_PER_TOOLPATH = {"quick": 2_000, "default": 10_000, "high": 60_000}
 SECONDS_UNDER_A_BODY = 2.5e-7
-"""What a unit of work takes there, about, twice as much as for a point. So a pass that saves fewer seconds
-than it takes is the last: ihc_8x8 under a brass nozzle, in 4850 pieces, comes to 575 s of travel in 27 s,
-and to 565 in 45. For a point, what follows makes more of the windows than they do.
-"""
+"""What a unit of work takes there, about, twice as much as for a point."""
 
 
 def window_search(
@@ -39,6 +36,7 @@ def window_search(
     work: int | None = None,
     length: int = FIRST_LENGTH,
     exhausted: set[bytes] | None = None,
+    thrifty: bool = False,
 ) -> NDArray[np.int32]:
     """Improve a printable sequence by window search; what comes back costs no more.
 
@@ -47,6 +45,7 @@ def window_search(
         oriented: int32 (n,), oriented toolpaths.
         work: the budget, as a ``WorkBudget`` counts it; None for that of the effort.
         length: toolpaths in a window, at first.
+        thrifty: the first pass that saves fewer seconds than it takes is the last.
         exhausted: windows that hold nothing to gain; those found are added. None where none is known yet.
 
     Returns:
@@ -77,8 +76,7 @@ def window_search(
             gained += gain
             if gain == 0.0:
                 exhausted.add(window.tobytes())
-        seconds = 0.0 if problem.body.is_point else SECONDS_UNDER_A_BODY * (budget.spent - spent)
-        if not search.won_back(gained, seconds):
+        if thrifty and not search.won_back(gained, SECONDS_UNDER_A_BODY * (budget.spent - spent)):
             break
         if gained == 0.0:
             if length == n:

@@ -178,4 +178,6 @@ def _refined(
         stage.onward(search)
         oriented = search.oriented
     if windows and not search.proved:
-        yield window_search(aim, oriented, work=work)
+        # Under a body windows take twice as long: ihc_8x8 in 4850 pieces comes to 572 s of travel in 34 s
+        # and to 565 in 46. For a point they win back what they take.
+        yield window_search(aim, oriented, work=work, thrifty=not aim.problem.body.is_point)

@@ -86,7 +86,7 @@ def test_under_a_body_a_pass_that_takes_longer_than_it_saves_is_the_last(monkeyp
         monkeypatch.setattr(windows, "SECONDS_UNDER_A_BODY", seconds)
         passes.append(0)
         objective = Objective(name, 0.2, (30.0, 50.0, 5.0), (500.0, 500.0, 50.0))
-        window_search(Search(problem, objective=objective, effort=effort), before, length=20)
+        window_search(Search(problem, objective=objective, effort=effort), before, length=20, thrifty=True)
     patient, hasty = passes[1 : passes.index(0, 1)], passes[passes.index(0, 1) + 1 :]
     assert len(patient) > 1
     assert (len(hasty) == 1) == ended
