@@ -92,7 +92,7 @@ def _compile_quickly(compiled: Any) -> None:
     compile_kernel = compiled.compile
 
     def compile_now(signature: Any) -> Any:
-        kept = is_kept(compiled)
+        kept = is_kept(compiled, signature)
         if not kept:
             for told in _TOLD:
                 told()
@@ -173,7 +173,14 @@ COLLECT_AFTER = 200_000
 PROCESS = uuid.uuid4().hex[:8]
 
 
-def is_kept(compiled: Callable[..., Any]) -> bool:
-    """Whether the machine code of a kernel is on disk, so that it need not be compiled again."""
+def is_kept(compiled: Callable[..., Any], signature: Any = None) -> bool:
+    """Whether the machine code of a kernel is on disk, so that it need not be compiled again.
+
+    Args:
+        signature: for arguments of these numba types; None for any.
+    """
     kept = cast(Any, compiled)._cache._cache_file
-    return Path(kept._index_path).is_file() and bool(kept._load_index())
+    if not Path(kept._index_path).is_file():
+        return False
+    signatures = {tuple(types) for types, *_ in kept._load_index()}
+    return bool(signatures) if signature is None else tuple(signature) in signatures

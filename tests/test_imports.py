@@ -89,13 +89,15 @@ def wrong_inner_imports(source: str, folder: str) -> list[str]:
             name = node.module or ""
             if node.level:
                 wrong.append("." * node.level + name)
-            elif name == "slicer.sequence" or (
-                name == "slicer" and any(alias.name == "sequence" for alias in node.names)
-            ):
-                wrong += [name] * inside
+            elif name == "slicer" and {"sequence", "*"} & {alias.name for alias in node.names}:
+                wrong += [name] * (inside or any(alias.name == "*" for alias in node.names))
+            elif name in ("slicer.sequence", "slicer.sequence.solve"):
+                public = importlib.import_module("slicer.sequence").__all__
+                named = {alias.name for alias in node.names} <= {*public, "solve"}
+                wrong += [name] * (inside or not named)
             elif name.startswith("slicer.sequence."):
                 other, *module = name.split(".")[2:]
-                if other == folder or (other == "solve" and not inside):
+                if other == folder:
                     continue
                 if other not in INNER:
                     wrong.append(name)
@@ -157,6 +159,10 @@ def test_geometry_knows_nothing_of_order():
         ("problem", "from slicer import sequence"),
         ("problem", "from slicer.sequence.nowhere import solve"),
         (OUTSIDE, "from slicer.sequence.states.blocks import cover"),
+        (OUTSIDE, "from slicer.sequence import bound"),
+        (OUTSIDE, "from slicer.sequence import solve, states"),
+        (OUTSIDE, "from slicer.sequence.solve import _search"),
+        (GEOMETRY, "from slicer import *"),
         (GEOMETRY, "from slicer.sequence.states.blocks import cover"),
         (GEOMETRY, "from slicer.sequence.states import cover"),
         (GEOMETRY, "def f():\n    from slicer.sequence import solve"),

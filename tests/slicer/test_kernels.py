@@ -162,6 +162,16 @@ def test_each_kernel_that_is_compiled_is_told_of(package):
     assert package.run() == (20, True, 2)
 
 
+def test_other_types_of_arguments_are_told_of_as_well(package):
+    script = TELLING.replace("def outer():\n    return 10 * inner()", "def outer(x):\n    return x * inner()")
+    script = script.replace("import json", "import json, os").replace(
+        "found = outer()", "found = outer(json.loads(os.environ['X']))"
+    )
+    (package.package / "caller.py").write_text(script)
+    for given, compiled in (("10", 2), ("10", 0), ("1.5", 1), ("1.5", 0)):
+        assert package.run(X=given) == (json.loads(given), True, compiled)
+
+
 def test_code_for_a_processor_that_the_environment_names_lies_apart(package):
     """Numba takes the name from its environment; an installation's code is for the machine's own."""
     package.run()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vslice import output
+from vslice.compiling import compiling
 from vslice.options import (
     is_stdout,
     no_effect,
@@ -95,7 +96,10 @@ def command(
         if drawn is not None:
             step("drawing")
             image = _drawn(sheet, hatch_lines)
-        rows = [] if sweep is None else _swept(sheet, asked, sweep, profile_name, overrides, step)
+        rows = []
+        if sweep is not None:
+            with compiling(say):
+                rows = _swept(sheet, asked, sweep, profile_name, overrides, step)
         step("writing")
         from slicer import grid
 

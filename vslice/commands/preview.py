@@ -10,6 +10,7 @@ import click
 
 from dialect.source import MAX_BYTES, Source, load_stream
 from vslice import output
+from vslice.compiling import compiling
 from vslice.options import (
     no_effect,
     not_onto_input,
@@ -187,7 +188,8 @@ def _of_conflicts(sheet: "Grid", profile_name: str | None, overrides: tuple[str,
         raise InputError(
             f"{name}: its nozzle is a point, in whose way nothing stands; name one with --nozzle."
         )
-    return draw_conflicts(sheet, hatched(sheet), profile)
+    with compiling(say):
+        return draw_conflicts(sheet, hatched(sheet), profile)
 
 
 def _moving(source: "Path | Source", file_format: str, profile_name: str | None) -> bytes:

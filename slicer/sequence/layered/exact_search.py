@@ -5,8 +5,6 @@ struck out, and a layered search looks below the incumbent. When no layer of it 
 or nothing that was cut off could be better, then the incumbent is optimal. Every round has a wider search.
 """
 
-import numpy as np
-
 from slicer.sequence.bound import StreamedBound, raise_relaxed_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered.bounded_search import bound_around, complete_states, search_below
@@ -55,12 +53,16 @@ def _more(search: Search) -> int:
     return 1 if search.problem.planar else TIED
 
 
-def exact(search: Search, *, settle: bool = False, known: StreamedBound | None = None) -> None:
+def exact(
+    search: Search, *, settle: bool = False, thrifty: bool = False, known: StreamedBound | None = None
+) -> None:
     """Prove the optimum if the effort is enough, and offer the best sequence in any case.
 
     With what is ``known`` of straight travel it begins where that bound has come to.
 
     With ``settle`` it ends where a search finds nothing better and little is left to gain, but no proof near.
+    With ``thrifty`` it ends where the bound comes to rest far from a proof, and half of what it leaves would
+    not win back the seconds of another round.
 
     Without a proof, the lower bound is that of the pair bound or of the states that were cut off. Where
     the columns have too many down-sets, a corridor around the best sequence is searched and nothing is
@@ -88,7 +90,7 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
         if bound.bound >= search.cost:
             break
         rest = budget.limit - budget.spent
-        rises = bool(np.isneginf(before)) or bound.bound > before + STANDSTILL * (search.cost - before)
+        rises = bound.bound > before + STANDSTILL * (search.cost - before)
         last = not found_less and bound.bound > (1.0 - IN_REACH) * search.cost
         if last and rises and rest > LAST_SEARCH * budget.limit:
             bound.fix_states(search.cost)
@@ -114,10 +116,13 @@ def exact(search: Search, *, settle: bool = False, known: StreamedBound | None =
         far = search.lower_bound < (1.0 - NEARLY) * search.cost
         if settle and not found_less and search.near_enough and far:
             break
-        if search.objective.routed and not search.problem.planar and search.effort != "high":
-            # Where a nozzle ties columns, proofs of time are far: this round would only come again, or wider.
-            at_rest = search.lower_bound <= known_before and bound.bound <= before
-            dear = not search.pays(SECONDS * (budget.spent - spent_before))
-            if (at_rest and not found_less) or (dear and not rises):
-                break
+        # Searches raise the bound, too.
+        risen = search.lower_bound > known_before + STANDSTILL * (search.cost - known_before)
+        in_reach = search.lower_bound > (1.0 - IN_REACH) * search.cost
+        if thrifty and not (risen or in_reach or search.pays(SECONDS * (budget.spent - spent_before))):
+            break
+        # Where a nozzle ties columns, proofs of time are far, and this round would only come again.
+        tied = search.objective.routed and not search.problem.planar and search.effort != "high"
+        if tied and not found_less and search.lower_bound <= known_before and bound.bound <= before:
+            break
     return None if complete else raise_relaxed_bound(search)

@@ -93,7 +93,8 @@ def _stages(search: Search) -> bool:
         settled = search.cost
         routed = search.objective.routed
         if known is not None or _provable(search):
-            exact(search, settle=routed and n > PROVE_FULLY_UP_TO, known=known)
+            tied = routed and not search.problem.planar
+            exact(search, settle=routed and n > PROVE_FULLY_UP_TO, thrifty=tied, known=known)
         else:
             beam(search)
         if search.proved:

@@ -123,7 +123,7 @@ def search_by_surrogates(
 def _stages(search: Search, method: Method, *, refined: bool, enumerating: bool) -> Iterator[Stage]:
     """What is searched, one after the other, as long as the caller asks for more."""
     effort, problem = search.effort, search.problem
-    own = search.objective.without_walls
+    own = search.objective.searched_as
     work = WINDOW_WORK[effort]
     if not enumerating:
         names = [own] + [name for name in SURROGATES if refined and name != own]

@@ -153,8 +153,8 @@ class Objective:
         return is_timed(self.name)
 
     @property
-    def without_walls(self) -> ObjectiveName:
-        """The objective of the same unit that does not look at what is printed."""
+    def searched_as(self) -> ObjectiveName:
+        """What methods search for first: of the same unit, by direct travels where they see no walls."""
         return "time" if self.timed else "straight"
 
     @property

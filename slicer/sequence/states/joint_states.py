@@ -18,7 +18,9 @@ from slicer.sequence.states.section import Section
 
 BITS = 64
 SAMPLED = 200
-"""Of so many down-sets of a column it is counted what goes together with them: 2 to 3 % from the truth."""
+"""Of so many down-sets of a column it is counted what goes together with them. Of 1750 sheets and limits the
+share was 83 to 111 % of the true one, mostly within a few per cent.
+"""
 
 
 class Needs(NamedTuple):
@@ -67,7 +69,7 @@ def closed_share(section: Section, sets: DownSets, bounds: NDArray[np.int32]) ->
     known = needs(section, sets, ties)
     closed = states = 0.0
     for a, b in pairwise(bounds.tolist()):
-        rows = np.arange(0, sets.counts[a], max(1, int(sets.counts[a]) // SAMPLED))
+        rows = np.unique(np.linspace(0, int(sets.counts[a]) - 1, SAMPLED).astype(np.int64))
         pair = _closed(
             known.member[sets.start[a] : sets.start[a + 1]][rows],
             needed(section, sets, known, a, b),

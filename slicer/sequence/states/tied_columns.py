@@ -60,12 +60,14 @@ def states_of_all(
     if known is not None:
         groups, corridor = known
         return _joined(section, groups), corridor
-    joined, widest = widest_joined_corridor(section, guide, most_arcs)
-    if joined is not section and widest is not None and widest.complete:
-        groups = np.empty(section.columns, np.int32)
-        groups[section.column] = joined.column
-        _JOINED.setdefault(problem, {})[most_arcs] = groups, widest
-    return joined, widest
+    found = _complete_joined(section, most_arcs)
+    if isinstance(found, Section):
+        return found, widest_corridor(found, guide, most_arcs)
+    joined, complete = found
+    groups = np.empty(section.columns, np.int32)
+    groups[section.column] = joined.column
+    _JOINED.setdefault(problem, {})[most_arcs] = groups, complete
+    return found
 
 
 def widest_joined_corridor(
@@ -75,12 +77,19 @@ def widest_joined_corridor(
 
     See ``widest_corridor`` for the arguments.
     """
+    found = _complete_joined(section, most_arcs)
+    return (found, widest_corridor(found, guide, most_arcs)) if isinstance(found, Section) else found
+
+
+def _complete_joined(section: Section, most_arcs: int) -> tuple[Section, Corridor] | Section:
+    """The section with its tied columns joined as far as all states can be held, and these.
+
+    Where no joining has so few, the section alone, joined as little as is tried.
+    """
     ties = section.ties
-    if len(ties) == 0:
-        return section, widest_corridor(section, guide, most_arcs)
     counts: Counts = {}
     joined = section
-    for most_down_sets in WIDEST_FIRST:
+    for most_down_sets in WIDEST_FIRST if len(ties) else ():
         before = joined.column
         joined = _joined(section, _groups(section, ties, most_down_sets, counts))
         if np.array_equal(joined.column, before):
@@ -88,7 +97,7 @@ def widest_joined_corridor(
         corridor = complete_corridor(joined, most_arcs)
         if corridor is not None:
             return joined, corridor
-    return joined, widest_corridor(joined, guide, most_arcs)
+    return joined
 
 
 def _joined(section: Section, groups: NDArray[np.int32]) -> Section:

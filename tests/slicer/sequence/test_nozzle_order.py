@@ -7,6 +7,7 @@ import gc
 import itertools
 import weakref
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -340,7 +341,7 @@ def test_how_many_states_go_together_is_told_from_a_sample():
     assert sets.counts.max() > 5 * SAMPLED
     closed = joint_states(section, sets, bounds)
     share = sum(mask.sum() for mask in closed) / sum(mask.size for mask in closed)
-    assert closed_share(section, sets, bounds) == pytest.approx(share, rel=0.05)
+    assert closed_share(section, sets, bounds) == pytest.approx(share, rel=0.2)
     assert closed_share(Section.whole(Problem.build(problem.segments), STRAIGHT), sets, bounds) == 1.0
 
 
@@ -351,12 +352,32 @@ def test_rounds_on_tied_columns_end_where_time_would_not_be_won_back(monkeypatch
     for told, seconds in zip(rounds, (0.0, 1.0), strict=True):
         monkeypatch.setattr("slicer.sequence.layered.exact_search.SECONDS", seconds)
         monkeypatch.setattr("slicer.sequence.layered.exact_search.STANDSTILL", 1.0)
+        monkeypatch.setattr("slicer.sequence.layered.exact_search.IN_REACH", 0.0)
         results.append(
-            searched(exact, problem, objective=TIME, progress=lambda word, told=told: told.append(word.stage))
+            searched(
+                partial(exact, thrifty=True),
+                problem,
+                objective=TIME,
+                progress=lambda word, told=told: told.append(word.stage),
+            )
         )
     assert rounds[1].count("search") < rounds[0].count("search")
     patient, hasty = results
     assert hasty.lower_bound <= patient.cost <= hasty.cost
+
+
+MACHINE = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
+
+
+@pytest.mark.parametrize("method", ["exact", "auto"])
+@pytest.mark.parametrize(("count", "cost"), [(210, None), (230, 10.173), (290, None)])
+def test_a_proof_of_time_within_reach_is_made_on_tied_columns_too(count, cost, method):
+    """A round may be dearer than what is left to gain: so near a proof it is all the same worth it."""
+    muscle = hatch(grid.read(Path(__file__).parents[2] / "data" / "tissue" / "muscle_us_8x8.json")).segments
+    problem = Problem.build(muscle[:count], body=NozzleBody.of(0.2, press_mm=0.05))
+    result = solve(problem, method=method, objective=MACHINE)
+    assert result.proved
+    assert cost is None or result.cost == pytest.approx(cost, abs=1e-2)
 
 
 STEPS = np.array([[[0.8, 5.0], [0.9, 5.0]], [[1.0, 0.0], [1.1, 0.0]], [[2.4, 4.9], [2.5, 4.9]]])
