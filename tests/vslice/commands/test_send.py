@@ -28,7 +28,7 @@ from slicer import grid
 from slicer.hatch import hatch
 from vslice.commands.send import settings_of
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "examples" / "ihc_8x8.json"
 PROGRAM = ["M302 P1", "G21", "G90", "M83", "G0 X0 Z0.2 F6000"] + [
     line
