@@ -21,7 +21,7 @@ from slicer.sequence.states.joint_states import (
 from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.routed_travel import FREE, cost_over, section_cost
 from slicer.sequence.states.section import NONE, Section, extents
-from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all, widest_joined_corridor
+from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all
 
 __all__ = [
     "COUNTED",
@@ -56,5 +56,4 @@ __all__ = [
     "sets_of_states",
     "skylines",
     "states_of_all",
-    "widest_joined_corridor",
 ]

@@ -28,7 +28,6 @@ with 16000, to 335 with 8000, and to 333, 312, 294 and 284 mm with the others, u
 MOST_TOOLPATHS = 1_200_000
 """A joined column has no more toolpaths than this over the number of all: travels inside it are tabulated."""
 
-
 Counts = dict[tuple[int, int], int | None]
 """How many down-sets columns begin .. end have together; None where they are too many for a first limit."""
 
@@ -68,17 +67,6 @@ def states_of_all(
     groups[section.column] = joined.column
     _JOINED.setdefault(problem, {})[most_arcs] = groups, complete
     return found
-
-
-def widest_joined_corridor(
-    section: Section, guide: NDArray[np.int32], most_arcs: int
-) -> tuple[Section, Corridor | None]:
-    """Join tied columns as far as all their states can still be held; the section and its corridor.
-
-    See ``widest_corridor`` for the arguments.
-    """
-    found = _complete_joined(section, most_arcs)
-    return (found, widest_corridor(found, guide, most_arcs)) if isinstance(found, Section) else found
 
 
 def _complete_joined(section: Section, most_arcs: int) -> tuple[Section, Corridor] | Section:

@@ -37,7 +37,7 @@ from slicer.sequence.states.corridor import pairs_of, widest_corridor
 from slicer.sequence.states.downsets import all_down_sets, down_sets
 from slicer.sequence.states.joint_states import SAMPLED, closed_share, joint_states, out_of_reach
 from slicer.sequence.states.section import Section
-from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all, widest_joined_corridor
+from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all
 
 STRAIGHT = Objective()
 TIME = Objective("time", 0.2, (30.0, 50.0, 5.0), (500.0, 500.0, 50.0), fixed_s=0.05, fixed_from_mm=0.3)
@@ -304,8 +304,7 @@ def test_tied_columns_are_joined_as_far_as_all_states_can_be_held(most_arcs, wid
     brain = Path(__file__).parents[2] / "data" / "tissue" / "dti_small_101D_sagittal_10x10.json"
     body = NozzleBody.of(0.2, press_mm=0.05)
     problem = Problem.build(cut(hatch(grid.read(brain)).segments, body).segments, body=body)
-    section = Section.whole(problem, STRAIGHT)
-    joined, corridor = widest_joined_corridor(section, np.empty(0, np.int32), int(most_arcs))
+    joined, corridor = states_of_all(problem, STRAIGHT, np.empty(0, np.int32), int(most_arcs))
     assert corridor.complete
     assert corridor.sets.counts.max() == widest
     assert joined.columns == (6 if widest == 2971 else 5)
@@ -322,7 +321,8 @@ def test_states_of_a_tied_sheet_are_found_once_and_go_with_their_problem():
     assert (again.column == section.column).all()
     assert (again.extent == section.extent).all()
     assert (again.cost_model.timed, section.cost_model.timed) == (True, False)
-    joined, found = widest_joined_corridor(Section.whole(problem, STRAIGHT), guide, 10**8)
+    other = Problem.build(muscle, body=NozzleBody.of(0.2, press_mm=0.05))
+    joined, found = states_of_all(other, STRAIGHT, guide, 10**8)
     assert (joined.column == section.column).all()
     assert found is not corridor
     assert (found.sets.counts == corridor.sets.counts).all()
