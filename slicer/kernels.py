@@ -12,6 +12,7 @@ from llvmlite import ir
 from numba.np import arrayobj
 
 from slicer import machine_code
+from slicer.lean_library import lean
 from slicer.typing_memo import remembered
 
 P = ParamSpec("P")
@@ -96,7 +97,7 @@ def _compile_quickly(compiled: Any) -> None:
         if not kept:
             for told in _TOLD:
                 told()
-        with _few_collections(), _plain_indices(), remembered(), _alone(compiled, kept):
+        with _few_collections(), _plain_indices(), remembered(), lean(compiled), _alone(compiled, kept):
             return compile_kernel(signature)
 
     compiled.compile = compile_now

@@ -58,6 +58,7 @@ class ByContent(caching._CacheLocator):
     """Numba's way to be told where kept code lies and what stamp it must bear to be used."""
 
     def __init__(self, py_func: Any, source: Path) -> None:
+        self._py_file = str(source)  # numba names it where it warns that a function cannot be kept
         self._line = py_func.__code__.co_firstlineno
         self._stamp = stamp_of(source)
         self._folder = folder_of(source)

@@ -1,0 +1,138 @@
+"""Less of LLVM's work for each kernel than numba lets it do.
+
+Numba optimises every kernel three times over (function by function, cheaply, fully) and turns each into
+machine code, also one that only other kernels call: these take its optimised instructions along, and what was
+made for it alone runs never. Here a kernel is optimised once, and becomes machine code when somebody asks for
+an address in it, which for Python's sake numba does at once and for another kernel never. That was a sixth of
+all compiling.
+
+As in ``slicer.typing_memo`` this holds only while one of our kernels is compiled or loaded, and is left out
+where a numba is built otherwise.
+"""
+
+import contextlib
+import inspect
+from collections.abc import Iterator
+from typing import Any, cast
+
+from numba.core import codegen, environment
+
+# What numba's runtime is asked to do for an array that a kernel creates.
+COUNTS_REFERENCES = ("NRT_incref", "NRT_decref")
+ENVIRONMENT = "_ZN08NumbaEnv"
+
+JitLibrary = cast(type[Any], codegen.JITCodeLibrary)
+
+
+class LeanLibrary(JitLibrary):
+    """Numba's library of one compiled function, with the work left out that nobody would use."""
+
+    _waits = False
+    """Whether there are instructions here, but no machine code yet."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        # All that these passes do is done again once the callees' instructions are here as well.
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        if any(function.name in COUNTS_REFERENCES for function in self._final_module.functions):
+            # The cheap passes bring counts of references together, so that they can be dropped before the rest.
+            super()._optimize_final_module()
+            return
+        passes, options = self._codegen._module_pass_manager()
+        passes.run(self._final_module, options)
+
+    def _finalize_final_module(self) -> None:
+        if self._object_caching_enabled and self._compiled_object is not None:
+            super()._finalize_final_module()  # loaded with its machine code
+            return
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = self._waits = True
+
+    def get_pointer_to_function(self, name: str) -> Any:
+        """The address of a function, or 0 where the library has none of that name."""
+        self._ensure_finalized()
+        if self._waits:
+            if name not in {function.name for function in self.get_defined_functions()}:
+                return 0
+            self._make_machine_code()
+        return super().get_pointer_to_function(name)
+
+    def _make_machine_code(self) -> None:
+        self._waits = False
+        self._dynamic_globals.clear()  # found again
+        super()._finalize_final_module()
+        for variable in self._final_module.global_variables:
+            if variable.name.startswith(ENVIRONMENT):
+                known = cast(Any, environment).lookup_environment(variable.name)
+                if known is not None:
+                    _set_environment(self._codegen, variable.name, known)
+
+    def serialize_using_object_code(self) -> Any:
+        """What is kept on disk: without machine code where there is none."""
+        return self.serialize_using_bitcode() if self._waits else super().serialize_using_object_code()
+
+
+@contextlib.contextmanager
+def lean(compiled: Any) -> Iterator[None]:
+    """While this is open, the compiler of this kernel (a numba dispatcher) makes lean libraries."""
+    if not as_expected():
+        yield
+        return
+    generator = compiled.targetctx.codegen()
+    before = generator._library_class
+    own = vars(generator).get("set_env")
+    generator._library_class = LeanLibrary
+    generator.set_env = lambda name, known: _set_environment(generator, name, known)
+    try:
+        yield
+    finally:
+        generator._library_class = before
+        if own is None:
+            del generator.set_env
+        else:
+            generator.set_env = own
+
+
+def as_expected() -> bool:
+    """Whether this numba makes its libraries as a lean one takes it to."""
+    return _EXPECTED
+
+
+def _set_environment(generator: Any, name: str, known: Any) -> None:
+    """``JITCPUCodegen.set_env``, which writes to address 0 where the library of the variable still waits."""
+    if generator._engine.is_symbol_defined(name):
+        _NUMBAS_SET_ENV(generator, name, known)
+
+
+def _looks_as_expected() -> bool:
+    wanted = {
+        "_optimize_functions": ["self", "ll_module"],
+        "_optimize_final_module": ["self"],
+        "_finalize_final_module": ["self"],
+        "_finalize_dynamic_globals": ["self"],
+        "_verify_declare_only_symbols": ["self"],
+        "_ensure_finalized": ["self"],
+        "get_defined_functions": ["self"],
+        "get_pointer_to_function": ["self", "name"],
+        "serialize_using_object_code": ["self"],
+        "serialize_using_bitcode": ["self"],
+    }
+    try:
+        return (
+            all(
+                list(inspect.signature(getattr(JitLibrary, name)).parameters) == parameters
+                for name, parameters in wanted.items()
+            )
+            and list(inspect.signature(_NUMBAS_SET_ENV).parameters) == ["self", "env_name", "env"]
+            and hasattr(codegen.JitEngine, "is_symbol_defined")
+            and hasattr(codegen.CPUCodegen, "_module_pass_manager")
+            and callable(environment.lookup_environment)
+        )
+    except (AttributeError, TypeError, ValueError):
+        return False
+
+
+_NUMBAS_SET_ENV: Any = getattr(codegen.JITCPUCodegen, "set_env", None)
+_EXPECTED = _looks_as_expected()
