@@ -13,7 +13,6 @@ from slicer.grid import Grid, read
 from slicer.hatch import Hatch, hatch
 from slicer.sequence import Problem, Result, solve
 from slicer.sequence.bound import PairBound, step_lengths
-from slicer.sequence.bound.pair_dp import roots
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
 from slicer.sequence.bound.streamed_ascent import MOST_DOWN_SETS
 from slicer.sequence.construct import start_along_levels
@@ -161,9 +160,8 @@ def fix(sheet: Sheet) -> Fixing:
     bound.use_best_multipliers()
     states = states_of(bound)
     least = bound_through_states(
-        bound.blocks, bound.block_costs, bound.ends, bound.paid, bound.value,
-        roots(bound.blocks, bound.ends, bound.value),
-    )  # fmt: skip
+        bound.blocks, bound.block_costs, bound.ends, bound.paid, bound.value, bound.by_start
+    )
     through = np.full(bound.blocks.shape(0, bound.sets), np.nan)
     of_first = slice(bound.blocks.state_start[0], bound.blocks.state_start[1])
     through.flat[bound.blocks.dense[of_first]] = least[of_first]

@@ -10,6 +10,7 @@ As in ``slicer.typing_memo`` this holds only while one of our kernels is compile
 where a numba is built otherwise.
 """
 
+# mypy: disallow-untyped-calls=False
 import contextlib
 import inspect
 from collections.abc import Iterator
@@ -21,10 +22,8 @@ from numba.core import codegen, environment
 COUNTS_REFERENCES = ("NRT_incref", "NRT_decref")
 ENVIRONMENT = "_ZN08NumbaEnv"
 
-JitLibrary = cast(type[Any], codegen.JITCodeLibrary)
 
-
-class LeanLibrary(JitLibrary):
+class LeanLibrary(codegen.JITCodeLibrary):
     """Numba's library of one compiled function, with the work left out that nobody would use."""
 
     _waits = False
@@ -36,7 +35,7 @@ class LeanLibrary(JitLibrary):
 
     def _optimize_final_module(self) -> None:
         if any(function.name in COUNTS_REFERENCES for function in self._final_module.functions):
-            # The cheap passes bring counts of references together, so that they can be dropped before the rest.
+            # The cheap passes bring counts of references together, and then they are dropped before the rest.
             super()._optimize_final_module()
             return
         passes, options = self._codegen._module_pass_manager()
@@ -122,7 +121,7 @@ def _looks_as_expected() -> bool:
     try:
         return (
             all(
-                list(inspect.signature(getattr(JitLibrary, name)).parameters) == parameters
+                list(inspect.signature(getattr(codegen.JITCodeLibrary, name)).parameters) == parameters
                 for name, parameters in wanted.items()
             )
             and list(inspect.signature(_NUMBAS_SET_ENV).parameters) == ["self", "env_name", "env"]

@@ -14,11 +14,10 @@ from slicer.sequence.bound.detours import Measured, measure_detours, still_there
 from slicer.sequence.bound.ends import Ends, find_ends
 from slicer.sequence.bound.nearby import PACE, Climbed, near_states, nearby
 from slicer.sequence.bound.paid import Paid
-from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, block_costs
-from slicer.sequence.bound.pair_dp import evaluate, roots
+from slicer.sequence.bound.pair_costs import BlockCosts, block_costs
+from slicer.sequence.bound.pair_dp import bound_by_start
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
 from slicer.sequence.bound.subgradient_ascent import Ascent, ascend, begin_ascent
-from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import (
     COUNTED,
     OUTSIDE,
@@ -58,6 +57,7 @@ class PairBound:
         paid: what the blocks pay.
         value: float64, the least cost to the end of the block from each value of ``blocks``; that of
             ``best`` after ``use_best_multipliers`` alone, scratch while the bound rises.
+        by_start: float64, the bound on the sequences from each start, by ``use_best_multipliers``.
         pace: how many toolpaths neighbouring columns are apart at most in the states that the ascent looks
             at, see ``nearby``, of all blocks or of each; infinite for all states. ``bound`` holds for all in
             any case.
@@ -72,6 +72,7 @@ class PairBound:
     bound: float = -np.inf
     paid: Paid = field(init=False)
     value: NDArray[np.float64] = field(init=False)
+    by_start: NDArray[np.float64] = field(init=False)
     pace: float | NDArray[np.float64] = np.inf
     _ascent: Ascent | None = None
     _climbed: Climbed | None = None
@@ -188,24 +189,25 @@ class PairBound:
         scaled = (max(target, LEAST_COST) + far) * lengths
         at_rest = ascend(blocks, costs, ends, self._ascent, self.paid, value, scaled)
         found = float(self._ascent.bound[0])
-        bound = found if whole else self._evaluate(self._ascent.best)
+        bound = found if whole else float(self._evaluate(self._ascent.best).min())
         if bound > self.bound:
             self.bound, self.best = bound, self._ascent.best.copy()
         if not whole and (at_rest or found - bound > LOST * (target - bound)):
-            self._widen(value)
+            self._widen(self._ascent.best, value)
             # It goes on from where it is: what its multipliers overlook are those states alone.
             self._ascent.bound[0] = -np.inf
             return self.bound >= target
         return at_rest or self.bound >= target
 
-    def _widen(self, value: NDArray[np.float64]) -> None:
+    def _widen(self, multipliers: NDArray[np.float64], value: NDArray[np.float64]) -> None:
         """Let the ascent look at states of columns that are farther apart, in the blocks that pass there.
 
         Args:
-            value: room for the values of ``climbed``; those of all states at the same multipliers are known.
+            multipliers: where the values of all states are known.
+            value: room for those of ``climbed``.
         """
         blocks, costs, ends = self.climbed
-        evaluate(blocks, costs, ends, self.paid, value)
+        bound_by_start(blocks, costs, ends, multipliers, self.paid, value)
         lost = np.zeros(blocks.blocks)
         for side in range(OUTSIDE):
             near = value[blocks.value_start[blocks.state_start[:-1]] + side]
@@ -223,21 +225,13 @@ class PairBound:
 
     def use_best_multipliers(self) -> None:
         """Fill ``paid`` and ``value`` from the best multipliers; the ascent may go on, from these."""
-        self.bound = self._evaluate(self.best)
+        self.by_start = self._evaluate(self.best)
+        self.bound = float(self.by_start.min())
         self._go_on()
 
-    def _evaluate(self, multipliers: NDArray[np.float64]) -> float:
-        """The bound at some multipliers, with what is paid there and the values."""
-        apply_multipliers(self.blocks, self.block_costs, multipliers, self.paid)
-        charge_visits(self.blocks, self.block_costs, multipliers, self.paid)
-        evaluate(self.blocks, self.block_costs, self.ends, self.paid, self.value)
-        return float(self._by_start(multipliers).min())
-
-    def _by_start(self, multipliers: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The bound on all sequences that begin with each start, after ``evaluate``."""
-        out = roots(self.blocks, self.ends, self.value)
-        settle_visits(self.blocks, self.block_costs, self.ends, multipliers, out)
-        return out
+    def _evaluate(self, multipliers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The bound by start at some multipliers, with what is paid there and the values."""
+        return bound_by_start(self.blocks, self.block_costs, self.ends, multipliers, self.paid, self.value)
 
     def fix_states(self, cut: float) -> None:
         """Leave out the states that no sequence below ``cut`` passes through.
@@ -245,9 +239,8 @@ class PairBound:
         ``use_best_multipliers`` comes before. From then on the bound holds for the sequences below ``cut``
         alone.
         """
-        by_start = self._by_start(self.best)
         least = bound_through_states(
-            self.blocks, self.block_costs, self.ends, self.paid, self.value, by_start
+            self.blocks, self.block_costs, self.ends, self.paid, self.value, self.by_start
         )
         # However close the cut is, the walks that give the bound itself must survive rounding.
         keep = least <= max(cut, self.bound + RELATIVE_EPS * abs(self.bound))

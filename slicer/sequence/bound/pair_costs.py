@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, inner_kernel, kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.bound.jumps import Jumps, beyond_length, jumps_over_seams, price_jumps
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid
 from slicer.sequence.problem import CostModel, least_cost_per_mm, least_travel_cost
@@ -248,7 +248,7 @@ def _measure(
     return direct, ways, price_at, price_sign, price
 
 
-@bare_kernel
+@inner_kernel
 def apply_multipliers(
     blocks: Blocks,
     block_costs: BlockCosts,

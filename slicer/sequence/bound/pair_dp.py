@@ -7,14 +7,38 @@ nozzle is what printing the rest of the block costs at least.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
-from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
+from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, detour_row
+from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
 
 @kernel
+def bound_by_start(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    multipliers: NDArray[np.float64],
+    paid: Paid,
+    value: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """float64 (k,), the lower bound on all sequences that begin with each of the possible starts.
+
+    Args:
+        multipliers: at which of them.
+        paid, value: room for what the blocks pay there, and for what ``evaluate`` fills in.
+    """
+    apply_multipliers(blocks, block_costs, multipliers, paid)
+    charge_visits(blocks, block_costs, multipliers, paid)
+    evaluate(blocks, block_costs, ends, paid, value)
+    by_start = _roots(blocks, ends, value)
+    settle_visits(blocks, block_costs, ends, multipliers, by_start)
+    return by_start
+
+
+@allocating_inner_kernel
 def evaluate(
     blocks: Blocks,
     block_costs: BlockCosts,
@@ -138,9 +162,9 @@ def _finish(
             value[x] = min(value[x], value[at + way] + cost)
 
 
-@kernel
-def roots(blocks: Blocks, ends: Ends, value: NDArray[np.float64]) -> NDArray[np.float64]:
-    """float64 (k,), the lower bound on all sequences that begin with each of the possible starts."""
+@allocating_inner_kernel
+def _roots(blocks: Blocks, ends: Ends, value: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What all blocks together pay for the cheapest walks from each of the possible starts."""
     count = len(blocks.state_start) - 1
     left = np.zeros(count + 1)  # blocks before k, which the start is right of
     right = np.zeros(count + 1)  # blocks from k on, which the start is left of

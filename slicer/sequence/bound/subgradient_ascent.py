@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from slicer.kernels import kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import Paid
-from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers
-from slicer.sequence.bound.pair_dp import evaluate, roots
+from slicer.sequence.bound.pair_costs import BlockCosts
+from slicer.sequence.bound.pair_dp import bound_by_start
 from slicer.sequence.bound.pair_subgradient import add_subgradient
-from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import Blocks
 
 MOMENTUM = 0.8
@@ -77,18 +76,13 @@ def ascend(
 
     Args:
         ascent: where it is, carried between calls.
-        paid: room for what ``apply_multipliers`` writes.
-        value: room for what ``evaluate`` writes.
+        paid, value: room, see ``bound_by_start``.
         lengths: of the steps, in the unit of the costs.
     """
     multipliers, best, direction, best_bound = ascent
     subgradient = np.empty(len(multipliers))
     for length in lengths:
-        apply_multipliers(blocks, block_costs, multipliers, paid)
-        charge_visits(blocks, block_costs, multipliers, paid)
-        evaluate(blocks, block_costs, ends, paid, value)
-        by_start = roots(blocks, ends, value)
-        settle_visits(blocks, block_costs, ends, multipliers, by_start)
+        by_start = bound_by_start(blocks, block_costs, ends, multipliers, paid, value)
         start = 0
         for t in range(len(by_start)):
             if by_start[t] < by_start[start]:

@@ -9,14 +9,14 @@ relaxation). There are none where states are down-sets.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, inner_kernel
+from slicer.kernels import inner_kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, Paid
 from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.states import Blocks
 
 
-@bare_kernel
+@inner_kernel
 def charge_visits(
     blocks: Blocks,
     block_costs: BlockCosts,
@@ -42,7 +42,7 @@ def charge_visits(
                 arc[row + b] += multipliers[visits + ((low + b) >> 1)]
 
 
-@bare_kernel
+@inner_kernel
 def settle_visits(
     blocks: Blocks,
     block_costs: BlockCosts,

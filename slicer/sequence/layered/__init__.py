@@ -3,14 +3,6 @@
 from slicer.sequence.layered.beam_search import beam, beam_sees_all
 from slicer.sequence.layered.exact_search import exact, exact_sees_all
 from slicer.sequence.layered.layered_search import RELATIVE_EPS
-from slicer.sequence.layered.node_pool import (
-    doubled,
-    drop_dominated,
-    insert,
-    keep_best,
-    new_pool,
-    rebuild_table,
-)
 from slicer.sequence.layered.streamed_beams import streamed_beam
 from slicer.sequence.layered.tour_merging import merge_tours
 from slicer.sequence.layered.windows import window_search
@@ -19,15 +11,9 @@ __all__ = [
     "RELATIVE_EPS",
     "beam",
     "beam_sees_all",
-    "doubled",
-    "drop_dominated",
     "exact",
     "exact_sees_all",
-    "insert",
-    "keep_best",
     "merge_tours",
-    "new_pool",
-    "rebuild_table",
     "streamed_beam",
     "window_search",
 ]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel
 from slicer.sequence.problem import scrambled
 from slicer.sequence.states import NONE
 
@@ -50,7 +50,7 @@ def new_pool() -> NodePool:
     )
 
 
-@bare_kernel
+@inner_kernel
 def insert(
     pool: NodePool, size: int, key: np.uint64, last: int, parent: int, cost: float, bound: float
 ) -> int:
@@ -73,7 +73,7 @@ def insert(
     return size
 
 
-@bare_kernel
+@inner_kernel
 def rebuild_table(pool: NodePool, size: int) -> None:
     """Fill the table anew, with the first ``size`` nodes."""
     mask = len(pool.table) - 1
@@ -86,7 +86,7 @@ def rebuild_table(pool: NodePool, size: int) -> None:
         pool.table[place] = at
 
 
-@kernel
+@allocating_inner_kernel
 def doubled(pool: NodePool, size: int) -> NodePool:
     """A pool of twice the room with the same nodes."""
     m = 2 * len(pool.key)
@@ -112,7 +112,7 @@ def _copy(pool: NodePool, at: int, target: NodePool, to: int) -> None:
     target.key[to] = pool.key[at]
 
 
-@bare_kernel
+@inner_kernel
 def keep_best(pool: NodePool, size: int, width: int) -> tuple[float, float]:
     """Move the ``width`` < size nodes of least bound to the front, in their order.
 
@@ -161,7 +161,7 @@ def _smallest(values: NDArray[np.float64], size: int, rank: int) -> float:
     return float(values[rank])
 
 
-@bare_kernel
+@inner_kernel
 def drop_dominated(pool: NodePool, segments: NDArray[np.float64], size: int) -> int:
     """Drop nodes whose end another node with the same printed reaches for no more; how many are left.
 

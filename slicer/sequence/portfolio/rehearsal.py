@@ -4,15 +4,7 @@ import numpy as np
 
 from slicer.nozzle import POINT
 from slicer.sequence.bound import PairBound, step_lengths
-from slicer.sequence.layered import (
-    doubled,
-    drop_dominated,
-    insert,
-    keep_best,
-    new_pool,
-    rebuild_table,
-    streamed_beam,
-)
+from slicer.sequence.layered import streamed_beam
 from slicer.sequence.local_search import anneal, refine
 from slicer.sequence.problem import Objective, Problem, Search
 from slicer.sequence.states import Section, cover, down_sets
@@ -20,8 +12,9 @@ from slicer.sequence.tree_search import improve_by_trees
 
 
 def rehearse() -> None:
-    """Run the pool of the layered search and the bound once, which every job needs, then what only those need
-    that are not proved at once: refinement, local search and trees.
+    """Run the bound once, which every job needs, then what only those need that are not proved at once.
+
+    That is refinement, local search and trees.
 
     A job comes to them in turned order: who rehearses beside it meets it in the middle, and so little is
     waited for. What comes last is then hardly begun where a job does without it.
@@ -30,12 +23,6 @@ def rehearse() -> None:
     objective = Objective("time", 0.2, (100.0, 100.0, 10.0), (500.0, 500.0, 100.0), 0.1, 1.0)
     order = np.arange(6)
     oriented = (2 * order).astype(np.int32)
-    pool = new_pool()
-    size = insert(pool, 0, np.uint64(1), 0, 0, 0.0, 0.0)
-    pool = doubled(pool, size)
-    rebuild_table(pool, size)
-    keep_best(pool, size, 1)
-    drop_dominated(pool, problem.segments, size)
     section = Section.whole(problem, objective)
     sets = down_sets(section, 100)
     bound = PairBound.over(section, sets, cover(sets))

@@ -59,8 +59,12 @@ def neighbours(problem: Problem, objective: Objective | None = None, count: int 
             )
         near *= [direct_cost(cost_model, hop, 0.0) / hop, direct_cost(cost_model, 0.0, hop) / hop]
     order = Order(realizer(problem), problem.planar, problem.succ_start, problem.succ)
-    after = _nearest(near, problem.allowed, order, count, False)
-    before = _nearest(near, problem.allowed, order, count, True)
+    if not len(near):
+        none = np.empty((0, count), np.int32)
+        return Neighbours(none, none)
+    cells = _cells(near)
+    after = _nearest(near, cells, problem.allowed, order, count, False)
+    before = _nearest(near, cells, problem.allowed, order, count, True)
     return Neighbours(after, before)
 
 
@@ -86,9 +90,41 @@ class Order(NamedTuple):
     succ: NDArray[np.int32]
 
 
+class Cells(NamedTuple):
+    """Points by the square cell of a grid that they lie in, about as many cells as points.
+
+    Attributes:
+        lower: float64 (2,), the corner of the first cell.
+        size: the side of a cell.
+        shape: int64 (2,), how many there are along x and y.
+        place: int64 (m, 2), the cell of each point.
+        start: int64 (cells + 1,), where the points of each cell begin in ``held``, column by column.
+        held: int32 (m,), the points.
+    """
+
+    lower: NDArray[np.float64]
+    size: float
+    shape: NDArray[np.int64]
+    place: NDArray[np.int64]
+    start: NDArray[np.int64]
+    held: NDArray[np.int32]
+
+
+def _cells(points: NDArray[np.float64]) -> Cells:
+    lower, extent = points.min(axis=0), np.ptp(points, axis=0)
+    side = np.sqrt(2.0 * extent.prod() / len(points))
+    size = max(float(side), float(extent.max()) / (len(points) + 1.0), 1e-12)
+    shape = (extent / size).astype(np.int64) + 1
+    place = ((points - lower) / size).astype(np.int64)
+    number = place[:, 0] * shape[1] + place[:, 1]
+    start = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=int(shape.prod())))])
+    return Cells(lower, size, shape, place, start, np.argsort(number, kind="stable").astype(np.int32))
+
+
 @kernel
 def _nearest(
     points: NDArray[np.float64],
+    cells: Cells,
     allowed: NDArray[np.bool_],
     order: Order,
     count: int,
@@ -96,36 +132,17 @@ def _nearest(
 ) -> NDArray[np.int32]:
     m = len(points)
     out = np.full((m, count), NONE, np.int32)
-    if m == 0:
-        return out
-    x0, y0, x1, y1 = points[0, 0], points[0, 1], points[0, 0], points[0, 1]
-    for u in range(1, m):
-        x0, y0 = min(x0, points[u, 0]), min(y0, points[u, 1])
-        x1, y1 = max(x1, points[u, 0]), max(y1, points[u, 1])
-    width, height = x1 - x0, y1 - y0
-    cell = max(np.sqrt(2.0 * width * height / m), max(width, height) / (m + 1.0), 1e-12)
-    columns, rows = int(width / cell) + 1, int(height / cell) + 1
-    cell_of = np.empty(m, np.int64)
-    start = np.zeros(columns * rows + 1, np.int64)
-    for u in range(m):
-        cell_of[u] = int((points[u, 0] - x0) / cell) * rows + int((points[u, 1] - y0) / cell)
-        start[cell_of[u] + 1] += 1
-    for c in range(columns * rows):
-        start[c + 1] += start[c]
-    held = np.empty(m, np.int32)
-    fill = start[:-1].copy()
-    for u in range(m):
-        held[fill[cell_of[u]]] = u
-        fill[cell_of[u]] += 1
-
+    cell, start, held = cells.size, cells.start, cells.held
+    columns, rows = cells.shape
     ranks, planar, succ_start, succ = order
     distance = np.empty(count)
     for u in range(m):
         if not allowed[u >> 1, u & 1]:
             continue
         # The search is for entries near the end of u; backward, for ends near its entry.
-        x, y = points[u if backward else u ^ 1]
-        cx, cy = int((x - x0) / cell), int((y - y0) / cell)
+        near = u if backward else u ^ 1
+        x, y = points[near]
+        cx, cy = cells.place[near]
         found, seen = 0, 0
         for ring in range(max(columns, rows)):
             # No point of this ring is nearer than (ring - 1) cells. In a long chain hardly anything can

@@ -10,7 +10,6 @@ from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
 from slicer.sequence.bound import climb, open_streamed_bound, streamed_ascent
 from slicer.sequence.bound.pair_bound import PairBound
-from slicer.sequence.bound.pair_dp import roots
 from slicer.sequence.bound.streamed_bound import EVERYTHING, StreamedBound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.portfolio import automatic
@@ -79,8 +78,7 @@ def test_equals_the_bound_that_holds_all_states(seed, first):
     # It knows nothing of who jumps where.
     costs.jumps.most[:] = np.where(np.isinf(costs.jumps.most), np.inf, costs.ways)
     held.use_best_multipliers()
-    expected = roots(held.blocks, held.ends, held.value).min()
-    assert evaluated(bound, bound.price)[0] == pytest.approx(expected, abs=1e-9)
+    assert evaluated(bound, bound.price)[0] == pytest.approx(held.bound, abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(6))

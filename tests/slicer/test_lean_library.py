@@ -1,0 +1,165 @@
+"""Kernels that only kernels call are kept as instructions alone, and give what they gave with machine code."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+from numba.core import codegen
+from numba.core.registry import cpu_target
+
+from slicer import lean_library
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
+
+
+@inner_kernel
+def half(x):
+    return 0.5 * x
+
+
+@allocating_inner_kernel
+def counted(n):
+    if n < 0:
+        raise ValueError("fewer than none")
+    if n > 100:
+        raise ValueError(n)
+    return np.arange(n)
+
+
+@kernel
+def total(n):
+    return half(counted(n).sum())
+
+
+def libraries(compiled):
+    return [result.library for result in compiled.overloads.values()]
+
+
+def test_the_numba_at_hand_is_as_expected():
+    assert lean_library.as_expected()
+
+
+def test_only_what_python_calls_is_machine_code():
+    assert total(5) == 5.0
+    assert [library._waits for library in libraries(total)] == [False]
+    assert [library._waits for library in libraries(half)] == [True]
+    assert [library._waits for library in libraries(counted)] == [True]
+
+
+def test_errors_of_what_waits_arrive_with_what_they_say():
+    with pytest.raises(ValueError, match="fewer than none"):
+        total(-1)
+    with pytest.raises(ValueError, match="101"):
+        total(101)
+
+
+def test_who_asks_for_an_address_gets_one():
+    @inner_kernel
+    def third(x):
+        return x / 3.0
+
+    @kernel
+    def caller(x):
+        return third(x)
+
+    assert caller(3.0) == 1.0
+    (result,) = third.overloads.values()
+    library, name = result.library, result.fndesc.llvm_func_name
+    assert library._waits
+    assert library.get_pointer_to_function("no such function") == 0
+    assert library._waits
+    address = library.get_pointer_to_function(name)
+    assert address == cpu_target.target_context.codegen()._engine.get_function_address(name) != 0
+    assert caller(6.0) == 2.0
+
+
+def test_functions_of_others_may_call_what_waits():
+    own = numba.njit(lambda x: half(x) + 1.0)
+    assert own(4.0) == 3.0
+    assert type(libraries(own)[0]) is codegen.JITCodeLibrary
+
+
+def numbas_ways():
+    generator = cpu_target.target_context.codegen()
+    return generator._library_class, generator.set_env.__func__
+
+
+def fails_inside(before):
+    with lean_library.lean(total), lean_library.lean(half):
+        assert cpu_target.target_context.codegen()._library_class is lean_library.LeanLibrary
+        raise ZeroDivisionError
+
+
+def test_numba_is_as_before_outside():
+    before = numbas_ways()
+    assert before == (codegen.JITCodeLibrary, codegen.JITCPUCodegen.set_env)
+    with pytest.raises(ZeroDivisionError):
+        fails_inside(before)
+    assert numbas_ways() == before
+
+
+def test_another_numba_is_left_alone(monkeypatch):
+    monkeypatch.setattr(lean_library, "_EXPECTED", False)
+
+    @inner_kernel
+    def fourth(x):
+        return 0.25 * x
+
+    @kernel
+    def caller(x):
+        return fourth(x)
+
+    assert caller(8.0) == 2.0
+    assert type(libraries(fourth)[0]) is codegen.JITCodeLibrary
+
+
+HELPER = """
+import numpy as np
+from slicer.kernels import allocating_inner_kernel
+
+@allocating_inner_kernel
+def inner(n):
+    if n > 100:
+        raise ValueError(n)
+    return np.arange(n)
+"""
+CALLER = """
+import json, sys
+from leanpackage.helper import inner
+from slicer.kernels import kernel
+
+@kernel
+def outer(n):
+    return {factor} * inner(n).sum()
+
+try:
+    outer(101)
+except ValueError as error:
+    said = str(error)
+compiled = [sum(one.stats.cache_misses.values()) for one in (outer, inner)]
+waits = [result.library._waits for result in inner.overloads.values()]
+print(json.dumps([int(outer(5)), said, compiled, waits]))
+"""
+
+
+def test_what_waits_is_kept_and_inlined_by_later_callers(tmp_path):
+    package = tmp_path / "leanpackage"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "helper.py").write_text(HELPER)
+
+    def run(factor):
+        (package / "caller.py").write_text(CALLER.format(factor=factor))
+        path = os.pathsep.join([str(tmp_path), *sys.path])
+        environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+        environment.pop("NUMBA_CACHE_DIR", None)
+        words = [sys.executable, "-B", "-c", "import leanpackage.caller"]
+        ended = subprocess.run(words, env=environment, check=True, capture_output=True, text=True)
+        return json.loads(ended.stdout)
+
+    assert run(1) == [10, "101", [1, 1], [True]]
+    assert run(1) == [10, "101", [0, 0], []]  # the caller has all it needs
+    assert run(2) == [20, "101", [1, 0], [True]]  # the caller is compiled anew, what it calls is not
