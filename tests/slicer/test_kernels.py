@@ -189,6 +189,7 @@ def test_code_for_a_processor_that_the_environment_names_lies_apart(package):
 def test_two_first_runs_at_once_share_no_file(package):
     path = os.pathsep.join([str(package.folder), *sys.path])
     environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(package.cache)}
+    environment.pop("NUMBA_CACHE_DIR", None)
     words = [sys.executable, "-B", "-c", "import kernelpackage.caller"]
     both = [subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     for process in both:

@@ -89,7 +89,7 @@ def numbas_ways():
 
 def fails_inside(before):
     with lean_library.lean(total), lean_library.lean(half):
-        assert cpu_target.target_context.codegen()._library_class is lean_library.LeanLibrary
+        assert cpu_target.target_context.codegen()._library_class is lean_library.InnerLibrary
         raise ZeroDivisionError
 
 
