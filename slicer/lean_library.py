@@ -2,9 +2,9 @@
 
 Numba optimises every kernel three times over (function by function, cheaply, fully) and turns each into
 machine code, also one that only other kernels call: these take its optimised instructions along, and what was
-made for it alone runs never. Here a kernel becomes machine code when somebody asks for an address in it, which
-for Python's sake numba does at once and for another kernel never; and what adds nothing but time is left out
-of optimising. That was an eighth of all compiling.
+made for it alone runs never. Here a kernel becomes machine code when somebody asks for an address in it,
+which for Python's sake numba does at once and for another kernel never; and what adds nothing but time is
+left out of optimising. That was an eighth of all compiling.
 
 As in ``slicer.typing_memo`` this holds only while one of our kernels is compiled or loaded, and is left out
 where a numba is built otherwise.
@@ -30,7 +30,7 @@ class LeanLibrary(codegen.JITCodeLibrary):
     """Whether there are instructions here, but no machine code yet."""
 
     def _optimize_functions(self, ll_module: Any) -> None:
-        # What takes a call's arguments from Python objects runs once a call, and is optimised later all the same.
+        # What takes the arguments from Python objects runs once a call; the later passes are enough for it.
         ll_module.data_layout = self._codegen._data_layout
         for function in ll_module.functions:
             if not function.is_declaration and not function.name.startswith(FOR_PYTHON):
