@@ -30,7 +30,6 @@ if TYPE_CHECKING:  # shapely, and what compiles the routing
 
 Color = Literal["kind", "order"]
 EXTRUSION, TRAVEL, START, END, PRIME, HANGING = "#d62728", "#1f77b4", "#2ca02c", "0.1", "0.6", "#ff9900"
-FORMATS = ("png", "svg", "pdf")
 LEAST_IN = (4.0, 3.0)
 """Width and height of a picture below which its title, labels and legend have no room."""
 LEGEND_COLUMN_IN = 1.25

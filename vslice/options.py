@@ -204,16 +204,17 @@ def not_onto_profile(profile_name: str | None, target: Path | None, *, option: s
         not_onto_input(Path(profile_name), target, option=option)
 
 
+PICTURE_FORMATS = ("png", "svg", "pdf")
+
+
 def picture_format(target: Path) -> str:
     """The format of a picture by its extension.
 
     Raises:
         UsageError: there is no such format.
     """
-    from gcode import preview
-
     file_format = target.suffix.lstrip(".").lower()
-    if file_format not in preview.FORMATS:
+    if file_format not in PICTURE_FORMATS:
         if target.exists() and not target.is_file():
             raise click.UsageError(f"{target} is no ordinary file; name one that ends in .png, .svg or .pdf.")
         raise click.UsageError(f"{target}: a picture must end in .png, .svg or .pdf, not '{target.suffix}'.")

@@ -49,7 +49,7 @@ def test_a_program_shows_what_its_plan_does(profile):
     assert len(drawing.travels) == sum(long)
 
 
-@pytest.mark.parametrize("file_format", preview.FORMATS)
+@pytest.mark.parametrize("file_format", ["png", "svg", "pdf"])
 def test_pictures_are_of_their_kind_and_reproducible(file_format):
     magic = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[file_format]
     first, second = (preview.picture(preview.draw_grid(SHEET), file_format) for _ in range(2))

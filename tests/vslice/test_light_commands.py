@@ -55,6 +55,16 @@ def test_only_what_is_needed_is_loaded(run, words, needed):
     assert done.stderr.splitlines()[-1].strip() == needed
 
 
+@pytest.mark.parametrize("name", ["missing.gcode", "missing.json"])
+def test_what_draws_is_loaded_once_there_is_something_to_draw(tmp_path, name):
+    code = RUN.replace("assert not end.code, end.code", "assert end.code")
+    words = [sys.executable, "-c", code, "preview", name, "-o", "part.png"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
+    *said, loaded = done.stderr.splitlines()
+    assert name in said[0]
+    assert "matplotlib" not in loaded
+
+
 def test_a_grid_is_sliced_without_what_measures_tissue(run):
     Path("grid.json").write_text(GRID)
     words = ("grid.json", "-o", "part.gcode", "--method", "greedy")

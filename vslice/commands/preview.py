@@ -133,8 +133,7 @@ def command(
         output.write(target, [data])
         say(f"picture written to {target}")
         return
-    from gcode import preview
-
+    # What draws is imported once there is something to draw: it takes longer than all before.
     if is_grid:
         from slicer import grid
         from vslice.reading import read_grid, say_warnings
@@ -144,6 +143,8 @@ def command(
             say_warnings(sheet)
         else:
             sheet = read_grid(file)
+        from gcode import preview
+
         if conflicts:
             figure = _of_conflicts(sheet, profile_name, with_nozzle(nozzle_name, overrides))
         else:
@@ -153,6 +154,8 @@ def command(
 
         source = load_stream(BytesIO(data), "standard input") if given else file
         moves, _, profile = read_program(source, profile_name, overrides)
+        from gcode import preview
+
         drawing = preview.Drawing.of_moves(moves, profile)
         if len(drawing.toolpaths) == 0:
             raise InputError(f"{file}: nothing is extruded in it. Is the profile (-p) the right one?")
