@@ -11,8 +11,9 @@ import numba
 from llvmlite import ir
 from numba.np import arrayobj
 
-from slicer import machine_code
+from slicer import machine_code, struct_values
 from slicer.lean_library import lean
+from slicer.numba_patch import Patch
 from slicer.typing_memo import remembered
 
 P = ParamSpec("P")
@@ -97,7 +98,14 @@ def _compile_quickly(compiled: Any) -> None:
         if not kept:
             for told in _TOLD:
                 told()
-        with _few_collections(), _plain_indices(), remembered(), lean(compiled), _alone(compiled, kept):
+        with (
+            _few_collections(),
+            _PLAIN_INDICES.applied(),
+            struct_values.kept(),
+            remembered(),
+            lean(compiled),
+            _alone(compiled, kept),
+        ):
             return compile_kernel(signature)
 
     compiled.compile = compile_now
@@ -138,26 +146,19 @@ def _few_collections() -> Iterator[None]:
         gc.set_threshold(*before)
 
 
-@contextlib.contextmanager
-def _plain_indices() -> Iterator[None]:
-    """Let an index that is no constant count from the front alone.
+def _plain_index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
+    """``fix_integer_index``, but an index that is no constant counts from the front alone.
 
     Numba looks at each whether it is negative and then counts from the end: instructions at every access, on
     the way to its address, that took a quarter of the time of the tightest kernels.
     """
-    arrays = cast(Any, arrayobj)
-    usual = arrays.fix_integer_index
+    if isinstance(index, ir.Constant):
+        return _NUMBAS_INDEX(context, builder, kind, index, size)
+    return context.cast(builder, index, kind, numba.types.intp)
 
-    def plain(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
-        if isinstance(index, ir.Constant):
-            return usual(context, builder, kind, index, size)
-        return context.cast(builder, index, kind, numba.types.intp)
 
-    arrays.fix_integer_index = plain
-    try:
-        yield
-    finally:
-        arrays.fix_integer_index = usual
+_NUMBAS_INDEX = cast(Any, arrayobj).fix_integer_index
+_PLAIN_INDICES = Patch((arrayobj, "fix_integer_index", _plain_index))
 
 
 def _name_apart(compiled: Any) -> None:

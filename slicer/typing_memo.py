@@ -11,35 +11,20 @@ other users of numba in the process never meet them; and they are left out where
 
 import contextlib
 import inspect
-from collections.abc import Iterator
 from typing import Any, cast
 
 from numba.core import targetconfig
-from numba.core.compiler_lock import global_compiler_lock
 from numba.core.types import functions
+
+from slicer.numba_patch import Patch
 
 _ANSWERS: dict[tuple[Any, ...], Any] = {}
 _HASHES: dict[type, int] = {}
-_depth = 0
 
 
-@contextlib.contextmanager
-def remembered() -> Iterator[None]:
+def remembered() -> contextlib.AbstractContextManager[None]:
     """While this is open, a question that numba's typing has answered is not worked out again."""
-    global _depth
-    if not as_expected():
-        yield
-        return
-    with cast(Any, global_compiler_lock):
-        _depth += 1
-        if _depth == 1:
-            _exchange(_get_call_type, _equal_flags, _hash_of_flags)
-        try:
-            yield
-        finally:
-            _depth -= 1
-            if _depth == 0:
-                _exchange(_NUMBAS_GET_CALL_TYPE, _NUMBAS_EQUAL, _NUMBAS_HASH)
+    return _PATCH.applied() if as_expected() else contextlib.nullcontext()
 
 
 def as_expected() -> bool:
@@ -58,12 +43,6 @@ def _looks_as_expected() -> bool:
         )
     except (AttributeError, TypeError, ValueError):
         return False
-
-
-def _exchange(get_call_type: Any, equal: Any, hash_of: Any) -> None:
-    cast(Any, functions.BaseFunction).get_call_type = get_call_type
-    cast(Any, targetconfig.TargetConfig).__eq__ = equal
-    cast(Any, targetconfig.TargetConfig).__hash__ = hash_of
 
 
 def _get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
@@ -108,3 +87,8 @@ _NUMBAS_GET_CALL_TYPE: Any = getattr(functions.BaseFunction, "get_call_type", No
 _NUMBAS_EQUAL: Any = getattr(targetconfig.TargetConfig, "__eq__", None)
 _NUMBAS_HASH: Any = getattr(targetconfig.TargetConfig, "__hash__", None)
 _EXPECTED = _looks_as_expected()
+_PATCH = Patch(
+    (functions.BaseFunction, "get_call_type", _get_call_type),
+    (targetconfig.TargetConfig, "__eq__", _equal_flags),
+    (targetconfig.TargetConfig, "__hash__", _hash_of_flags),
+)
