@@ -64,16 +64,14 @@ def _get_value(self: Any) -> Any:
 def _make_array(kind: Any) -> Any:
     """``make_array``, whose class asks for the address of the shape; made once for each type of array."""
     if kind not in _ARRAYS:
-        base: Any = _NUMBAS_MAKE_ARRAY(kind)
+        numbas = _NUMBAS_MAKE_ARRAY(kind)
 
-        class ArrayValue(base):
-            @property
-            def shape(self) -> Any:
-                if _is_value(self):
-                    return self[self._datamodel.get_field_position("shape")]
-                return super().shape
+        def shape(struct: Any) -> Any:
+            if _is_value(struct):
+                return struct[struct._datamodel.get_field_position("shape")]
+            return numbas.shape.fget(struct)
 
-        _ARRAYS[kind] = ArrayValue
+        _ARRAYS[kind] = type(numbas.__name__, (numbas,), {"shape": property(shape)})
     return _ARRAYS[kind]
 
 

@@ -44,7 +44,7 @@ def rows(points, numbers):
     total = 0.0
     for k, (x, y) in enumerate(points):
         total += k * x - y
-    for a, b in zip(numbers[1:], numbers[:-1]):
+    for a, b in zip(numbers[1:], numbers[:-1]):  # noqa: B905 (which kernels do not know)
         total += a * b
     return total
 
