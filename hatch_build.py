@@ -45,7 +45,7 @@ class KernelHook(BuildHookInterface):
         found = [
             kept for package in PACKAGES_OF_KERNELS for kept in folder.joinpath(package).rglob("*.nb[ic]")
         ]
-        found.append(folder / "slicer" / "machine-code.txt")
+        found.append(folder / "slicer" / "kernels" / "machine-code.txt")
         for kept in found:
             build_data["force_include"][str(kept)] = kept.relative_to(folder).as_posix()
         build_data["pure_python"] = False

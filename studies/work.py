@@ -52,7 +52,7 @@ def ready(call: str) -> Function:
     """The function of a task; the first time in a process, after the module's ``warm_up`` where it has one.
 
     Processes that warm up at once wait for each other kernel by kernel where one is compiled, see
-    ``slicer.machine_code``, and load what is there side by side.
+    ``slicer.kernels.machine_code``, and load what is there side by side.
     """
     module_name, _, name = call.partition(":")
     module = importlib.import_module(module_name)

@@ -142,6 +142,20 @@ def test_geometry_knows_nothing_of_order():
         assert not wrong, f"{module.relative_to(ROOT)} imports from {wrong}"
 
 
+def test_numba_is_known_to_the_folder_of_kernels_alone():
+    folder = ROOT / "slicer" / "kernels"
+    knowing = set()
+    for package in ARROWS:
+        for module in (ROOT / package).rglob("*.py"):
+            if imported_packages(module.read_text()) & {"numba", "llvmlite"}:
+                knowing.add(module.parent)
+    assert knowing == {folder}
+    for module in folder.glob("*.py"):
+        for node in ast.walk(ast.parse(module.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in ARROWS:
+                assert (node.module or "").startswith("slicer.kernels"), module.name
+
+
 @pytest.mark.parametrize(
     ("folder", "source"),
     [

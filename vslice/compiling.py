@@ -87,6 +87,7 @@ def compile_kernels(backwards: bool = False) -> None:
     from slicer import hatch, sequence, travel
     from slicer.grid import Grid
     from slicer.nozzle import POINT, NozzleBody
+    from slicer.sequence.portfolio import rehearse, rehearse_large
     from slicer.sequence.problem import Objective
     from vslice.printable import printable
 
@@ -116,6 +117,9 @@ def compile_kernels(backwards: bool = False) -> None:
             join_mm=1.5 * spacing_mm,
             ends=shaped.ends,
         )
+    if not backwards:  # what sheets come to that are neither so small nor ordered so quickly
+        rehearse()
+        rehearse_large()
 
 
 def compile_references() -> None:
@@ -138,7 +142,7 @@ def compile_references() -> None:
 
 def ship() -> None:
     """Compile everything and leave a note of what it was compiled for."""
-    from slicer import machine_code
+    from slicer.kernels import machine_code
 
     with compiling(everything=True):
         compile_kernels()

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from slicer import kernels, processes
+from slicer import processes
+from slicer.kernels import decorators
 from vslice import compiling
 from vslice.compiling import HELPED_FROM
 
@@ -42,7 +43,7 @@ def helpers(monkeypatch):
 
 def compile_some(count):
     for _ in range(count):
-        for told in kernels._TOLD:
+        for told in decorators._TOLD:
             told()
 
 
@@ -54,7 +55,7 @@ def test_one_line_says_it_and_a_process_helps_where_there_is_more_to_compile(hel
         assert len(said) == min(count, 1)
         assert (helpers[0].pid is not None) == (count >= HELPED_FROM)
     assert helpers[0].ended == (count >= HELPED_FROM)
-    assert kernels._TOLD == []
+    assert decorators._TOLD == []
 
 
 def test_a_helper_ends_with_a_job_that_fails(helpers):
@@ -66,7 +67,7 @@ def test_a_helper_ends_with_a_job_that_fails(helpers):
     with pytest.raises(ValueError, match="no grid"):
         job()
     assert helpers[0].ended
-    assert kernels._TOLD == []
+    assert decorators._TOLD == []
 
 
 def test_on_one_core_nobody_helps(helpers, monkeypatch):

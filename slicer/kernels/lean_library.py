@@ -6,8 +6,8 @@ made for it alone runs never. Here a kernel becomes machine code when somebody a
 which for Python's sake numba does at once and for another kernel never; and what adds nothing but time is
 left out of optimising. That was an eighth of all compiling.
 
-As in ``slicer.typing_memo`` this holds only while one of our kernels is compiled or loaded, and is left out
-where a numba is built otherwise.
+As in ``typing_memo`` this holds only while one of our kernels is compiled or loaded, and is left out where a
+numba is built otherwise.
 """
 
 # mypy: disallow-untyped-calls=False

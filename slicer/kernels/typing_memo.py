@@ -16,7 +16,7 @@ from typing import Any, cast
 from numba.core import targetconfig
 from numba.core.types import functions
 
-from slicer.numba_patch import Patch
+from slicer.kernels.patch import Patch
 
 _ANSWERS: dict[tuple[Any, ...], Any] = {}
 _HASHES: dict[type, int] = {}

@@ -5,8 +5,8 @@ with the struct, to be read from. A kernel looks thousands of times for where an
 many there are, and LLVM has to find out for each that the place is not needed. Here a member is taken out of
 the value, and there is a place once somebody asks for its address. That was a twentieth of all compiling.
 
-As in ``slicer.typing_memo`` this holds only while one of our kernels is compiled, and is left out where a
-numba is built otherwise.
+As in ``typing_memo`` this holds only while one of our kernels is compiled, and is left out where a numba is
+built otherwise.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from typing import Any
 from numba.core import cgutils
 from numba.np import arrayobj
 
-from slicer.numba_patch import Patch
+from slicer.kernels.patch import Patch
 
 
 def kept() -> contextlib.AbstractContextManager[None]:

@@ -11,8 +11,7 @@ import pytest
 from numba.core import codegen
 from numba.core.registry import cpu_target
 
-from slicer import lean_library
-from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel, lean_library
 
 
 @inner_kernel

@@ -9,9 +9,8 @@ import pytest
 from numba.core import cgutils
 from numba.np import arrayobj
 
-from slicer import struct_values
-from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
-from slicer.numba_patch import Patch
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel, struct_values
+from slicer.kernels.patch import Patch
 
 POINTS = np.arange(24.0).reshape(6, 4)[:, ::2]
 NUMBERS = np.array([3, 1, 2, 5, 4], np.int32)

@@ -12,9 +12,8 @@ from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
 from numba.extending import overload
 
-from slicer import typing_memo
-from slicer.kernels import kernel
-from slicer.typing_memo import remembered
+from slicer.kernels import kernel, typing_memo
+from slicer.kernels.typing_memo import remembered
 
 NUMBAS = typing_memo._NUMBAS_GET_CALL_TYPE
 

@@ -11,10 +11,10 @@ import numba
 from llvmlite import ir
 from numba.np import arrayobj
 
-from slicer import machine_code, struct_values
-from slicer.lean_library import lean
-from slicer.numba_patch import Patch
-from slicer.typing_memo import remembered
+from slicer.kernels import machine_code, struct_values
+from slicer.kernels.lean_library import lean
+from slicer.kernels.patch import Patch
+from slicer.kernels.typing_memo import remembered
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -24,8 +24,8 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile ``function`` to machine code on its first call and keep the result on disk.
 
     The types survive the decorator, so that ``mypy --strict`` checks the callers of a kernel. Where the
-    machine code is kept, and when it is used again, says ``slicer.machine_code``. A division by zero gives
-    infinity or no number, as numpy's does, and no exception.
+    machine code is kept, and when it is used again, says ``machine_code``. A division by zero gives infinity
+    or no number, as numpy's does, and no exception.
     """
     return _compiled(function)
 

@@ -18,7 +18,7 @@ from slicer.sequence import Problem, solve
 from slicer.sequence.problem import Objective
 from vslice.compiling import compile_kernels, compile_references
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "tests" / "data" / "tissue").glob("*.json"))
+EXAMPLES = sorted((Path(__file__).parents[3] / "tests" / "data" / "tissue").glob("*.json"))
 
 
 @inner_kernel

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from slicer import machine_code
+from slicer.kernels import machine_code
 
 HELPER = "from slicer.kernels import kernel\n\n@kernel\ndef inner():\n    return {value}\n"
 CALLER = """
@@ -176,7 +176,7 @@ def test_code_for_a_processor_that_the_environment_names_lies_apart(package):
     """Numba takes the name from its environment; an installation's code is for the machine's own."""
     package.run()
     named = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
-    words = [sys.executable, "-c", "from slicer.machine_code import toolchain; print(toolchain())"]
+    words = [sys.executable, "-c", "from slicer.kernels.machine_code import toolchain; print(toolchain())"]
     told = [
         subprocess.run(words, env=os.environ | more, check=True, capture_output=True, text=True).stdout
         for more in ({}, {}, named, {"NUMBA_CPU_NAME": "generic"}, {"NUMBA_CPU_FEATURES": "+sse2"})
