@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from typing import Any, cast
 
 from numba.core import codegen, environment
+from numba.core.runtime import rtsys
 
 # What numba's runtime is asked to do for an array that a kernel creates.
 COUNTS_REFERENCES = ("NRT_incref", "NRT_decref")
@@ -46,12 +47,26 @@ class LeanLibrary(codegen.JITCodeLibrary):
         passes.run(self._final_module, options)
 
     def _finalize_final_module(self) -> None:
-        if self._object_caching_enabled and self._compiled_object is not None:
-            super()._finalize_final_module()  # loaded with its machine code
+        loaded = self._object_caching_enabled and self._compiled_object is not None
+        if loaded or self._calls_in_a_ring():
+            self._make_machine_code()
             return
         self._finalize_dynamic_globals()
         self._verify_declare_only_symbols()
         self._finalized = self._waits = True
+
+    def _calls_in_a_ring(self) -> bool:
+        """Whether functions here call each other by addresses, which numba finds among machine code alone."""
+        module, wanted = self._final_module, cast(Any, self._codegen)._rtlinker._unresolved
+        return any(
+            variable.name.startswith(codegen.RuntimeLinker.PREFIX) for variable in module.global_variables
+        ) or any(function.name in wanted for function in self.get_defined_functions())
+
+    def _get_module_for_linking(self) -> Any:
+        # Who is no lean library takes the instructions along, and looks for the rest in the engine.
+        if self._waits and not issubclass(cast(Any, self._codegen)._library_class, LeanLibrary):
+            self._make_machine_code()
+        return super()._get_module_for_linking()
 
     def get_pointer_to_function(self, name: str) -> Any:
         """The address of a function, or 0 where the library has none of that name."""
@@ -64,7 +79,7 @@ class LeanLibrary(codegen.JITCodeLibrary):
 
     def _make_machine_code(self) -> None:
         self._waits = False
-        self._dynamic_globals.clear()  # found again
+        self._dynamic_globals.clear()  # they are found again
         super()._finalize_final_module()
         for variable in self._final_module.global_variables:
             if variable.name.startswith(ENVIRONMENT):
@@ -92,6 +107,8 @@ def lean(compiled: Any) -> Iterator[None]:
     if not as_expected():
         yield
         return
+    # Numba's runtime is no kernel, and is asked for addresses while others become machine code.
+    rtsys.initialize(compiled.targetctx)
     generator = compiled.targetctx.codegen()
     before = generator._library_class
     own = vars(generator).get("set_env")
@@ -129,6 +146,7 @@ def _looks_as_expected() -> bool:
         "_ensure_finalized": ["self"],
         "get_defined_functions": ["self"],
         "get_pointer_to_function": ["self", "name"],
+        "_get_module_for_linking": ["self"],
         "serialize_using_object_code": ["self"],
         "serialize_using_bitcode": ["self"],
     }
@@ -140,8 +158,11 @@ def _looks_as_expected() -> bool:
             )
             and list(inspect.signature(_NUMBAS_SET_ENV).parameters) == ["self", "env_name", "env"]
             and hasattr(codegen.JitEngine, "is_symbol_defined")
+            and isinstance(codegen.RuntimeLinker()._unresolved, dict)
+            and isinstance(codegen.RuntimeLinker.PREFIX, str)
             and hasattr(codegen.CPUCodegen, "_module_pass_manager")
             and callable(environment.lookup_environment)
+            and list(inspect.signature(rtsys.initialize).parameters) == ["ctx"]
         )
     except (AttributeError, TypeError, ValueError):
         return False

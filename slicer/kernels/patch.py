@@ -1,4 +1,4 @@
-"""What numba does in another way while one of our kernels is compiled, and for nobody else in the process."""
+"""What numba does in another way while one of our kernels is compiled, and not for what others compile."""
 
 import contextlib
 from collections.abc import Iterator

@@ -1,9 +1,11 @@
-"""Structs of kernels, such as arrays, stay values until something is written into them.
+"""Structs of kernels, such as arrays, stay values where they are looked into as soon as they are there.
 
 Numba puts every struct whose member it wants into memory first: a place that is filled with zeros twice, then
 with the struct, to be read from. A kernel looks thousands of times for where an array's data begin and how
 many there are, and LLVM has to find out for each that the place is not needed. Here a member is taken out of
-the value, and there is a place once somebody asks for its address. That was a twentieth of all compiling.
+the value. There is a place once somebody asks for its address, or looks from another block of instructions:
+what stands earlier in the code may there run later, in a loop, than what is written into the struct.
+That was a twentieth of all compiling.
 
 As in ``typing_memo`` this holds only while one of our kernels is compiled, and is left out where a numba is
 built otherwise.
@@ -13,6 +15,7 @@ import contextlib
 import inspect
 from typing import Any
 
+from llvmlite.ir import IRBuilder
 from numba.core import cgutils
 from numba.np import arrayobj
 
@@ -38,7 +41,7 @@ def _init(self: Any, context: Any, builder: Any, value: Any = None, ref: Any = N
     self._context, self._builder, self._datamodel = context, builder, model
     self._be_type, self._held = value.type, value
     block = builder.block
-    self._site = block, block.instructions[-1] if block.instructions else None
+    self._site = block, block.instructions[builder._anchor - 1] if builder._anchor else None
 
 
 def _get_attribute(self: Any, field: str) -> Any:
@@ -79,13 +82,15 @@ _ARRAYS: dict[Any, Any] = {}
 
 
 def _is_value(struct: Any) -> bool:
-    return "_held" in vars(struct) and PLACES[0] not in vars(struct)
+    """Whether it has no place and needs none, since all that looks into it runs right behind what made it."""
+    own = vars(struct)
+    return "_held" in own and PLACES[0] not in own and struct._builder.block is own["_site"][0]
 
 
 def _put_into_memory(struct: Any) -> None:
     """Make the place, and fill it where numba would have: there every later use comes by."""
     builder = struct._builder
-    here = builder.block
+    here, behind = builder.block, builder.block.instructions[builder._anchor :]
     entry = builder.function.entry_basic_block
     builder.position_at_start(entry)
     place = builder.alloca(struct._be_type)
@@ -95,7 +100,10 @@ def _put_into_memory(struct: Any) -> None:
     elif block is not entry:
         builder.position_at_start(block)
     builder.store(struct._held, place)
-    builder.position_at_end(here)
+    if behind:
+        builder.position_before(behind[0])
+    else:
+        builder.position_at_end(here)
     struct._value = struct._outer_ref = place
 
 
@@ -111,6 +119,7 @@ def _looks_as_expected() -> bool:
             and list(inspect.signature(_NUMBAS_GET_VALUE).parameters) == ["self"]
             and not {"__init__", "__getattr__", "__getitem__", "_getvalue"} & vars(_Struct).keys()
             and list(inspect.signature(_NUMBAS_MAKE_ARRAY).parameters) == ["array_type"]
+            and IRBuilder()._anchor == 0
             and set(PLACES) <= set(_NUMBAS_INIT.__code__.co_names)
         )
     except (AttributeError, TypeError, ValueError):

@@ -81,6 +81,49 @@ def test_functions_of_others_may_call_what_waits():
     assert type(libraries(own)[0]) is codegen.JITCodeLibrary
 
 
+LATE = """
+import numba, numpy as np
+from slicer.kernels import allocating_inner_kernel, kernel
+
+@allocating_inner_kernel
+def counted(n):
+    if n > 100:
+        raise ValueError("too many", n)
+    return np.arange(n)
+
+@numba.njit
+def even(n):
+    return True if n == 0 else odd(n - 1)
+
+@numba.njit
+def odd(n):
+    return False if n == 0 else even(n - 1)
+
+@kernel
+def of_rings(n):
+    return even(n)
+
+@numba.njit
+def own(n):
+    return counted(n).sum()
+
+try:
+    own(101)
+except ValueError as error:
+    print(error.args)
+print(own(4), of_rings(5), odd(5))
+"""
+
+
+def test_functions_of_others_find_what_they_need_where_no_kernel_came_first(tmp_path):
+    """Names in errors, and rings of functions that numba calls by addresses: in a process of its own."""
+    (tmp_path / "late.py").write_text(LATE)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    words = [sys.executable, "-B", "-c", "import late"]
+    ended = subprocess.run(words, env=environment, check=True, capture_output=True, text=True)
+    assert ended.stdout.splitlines() == ["('too many', 101)", "6 False True"]
+
+
 def numbas_ways():
     generator = cpu_target.target_context.codegen()
     return generator._library_class, generator.set_env.__func__

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
-from numba.core import cgutils
+from numba.core import cgutils, types
+from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel, struct_values
@@ -149,6 +150,46 @@ def test_what_has_an_address_is_put_into_memory_where_it_came_to_be(made_places)
 
 def of_rows(points):
     return sum(row.sum() if k % 2 else -row.max() for k, row in enumerate(points))
+
+
+@intrinsic
+def three_more(context, number):
+    """Adds 1 three times: reads and writes a struct in a loop that it was made before."""
+
+    def code(context, builder, signature, args):
+        struct = context.make_complex(builder, number, value=args[0])
+        with cgutils.for_range(builder, context.get_constant(types.intp, 3)):
+            struct.real = builder.fadd(struct.real, context.get_constant(types.float64, 1.0))
+        return struct._getvalue()
+
+    return number(number), code
+
+
+@intrinsic
+def written_before_the_end(context, number):
+    """Writes into a struct from a block that has its end already."""
+
+    def code(context, builder, signature, args):
+        struct = context.make_complex(builder, number, value=args[0])
+        block, behind = builder.append_basic_block("block"), builder.append_basic_block("behind")
+        builder.branch(block)
+        builder.position_at_end(block)
+        builder.branch(behind)
+        with builder.goto_block(block):
+            struct.real = builder.fadd(struct.imag, context.get_constant(types.float64, 1.0))
+            struct.imag = struct.real
+        builder.position_at_end(behind)
+        return struct._getvalue()
+
+    return number(number), code
+
+
+def test_what_is_written_later_in_a_loop_is_read_by_what_stands_earlier():
+    @kernel
+    def of_kernel(z):
+        return three_more(z), written_before_the_end(z)
+
+    assert of_kernel(1.0 + 2.0j) == (4.0 + 2.0j, 3.0 + 3.0j)
 
 
 def numbas_ways():
