@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from typing import Any, cast
 
 from numba.core import codegen, environment
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 
 # What numba's runtime is asked to do for an array that a kernel creates.
 COUNTS_REFERENCES = ("NRT_incref", "NRT_decref")
