@@ -133,7 +133,7 @@ def numbas_ways():
     return generator._library_class, generator.set_env.__func__
 
 
-def fails_inside(before):
+def fails_inside():
     with lean_library.lean(total), lean_library.lean(half):
         assert cpu_target.target_context.codegen()._library_class is lean_library.InnerLibrary
         raise ZeroDivisionError
@@ -143,7 +143,7 @@ def test_numba_is_as_before_outside():
     before = numbas_ways()
     assert before == (codegen.JITCodeLibrary, codegen.JITCPUCodegen.set_env)
     with pytest.raises(ZeroDivisionError):
-        fails_inside(before)
+        fails_inside()
     assert numbas_ways() == before
 
 
