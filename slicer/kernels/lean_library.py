@@ -6,6 +6,10 @@ made for it alone runs never. Here a kernel becomes machine code when somebody a
 which for Python's sake numba does at once and for another kernel never; and what adds nothing but time is
 left out of optimising. That was an eighth of all compiling.
 
+Machine code from disk comes with the instructions that it was made of, for kernels that would take them along.
+Numba reads these at once, here they wait for such a kernel: half of the time and two thirds of the memory of
+loading.
+
 As in ``typing_memo`` this holds only while one of our kernels is compiled or loaded, and is left out where a
 numba is built otherwise.
 """
@@ -13,14 +17,17 @@ numba is built otherwise.
 # mypy: disallow-untyped-calls=False
 import contextlib
 import inspect
+import zlib
 from collections.abc import Iterator
 from typing import Any, cast
 
+import llvmlite.binding as llvm
 from numba.core import codegen, environment
 from numba.core.runtime.nrt import rtsys
 
 # What numba's runtime is asked to do for an array that a kernel creates.
 COUNTS_REFERENCES = ("NRT_incref", "NRT_decref")
+PACKED, FAST = "packed", 1
 FOR_PYTHON, ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
 
 
@@ -29,6 +36,8 @@ class LeanLibrary(codegen.JITCodeLibrary):
 
     _waits = False
     """Whether there are instructions here, but no machine code yet."""
+    _packed: bytes | None = None
+    """The instructions that came with machine code from disk, as long as no kernel has asked for them."""
 
     def _optimize_functions(self, ll_module: Any) -> None:
         # What takes the arguments from Python objects runs once a call; the later passes are enough for it.
@@ -66,6 +75,9 @@ class LeanLibrary(codegen.JITCodeLibrary):
         # Who is no lean library takes the instructions along, and looks for the rest in the engine.
         if self._waits and not issubclass(cast(Any, self._codegen)._library_class, LeanLibrary):
             self._make_machine_code()
+        if self._packed is not None:
+            self._shared_module = llvm.parse_bitcode(zlib.decompress(self._packed))
+            self._packed = None
         return super()._get_module_for_linking()
 
     def get_pointer_to_function(self, name: str) -> Any:
@@ -89,7 +101,29 @@ class LeanLibrary(codegen.JITCodeLibrary):
 
     def serialize_using_object_code(self) -> Any:
         """What is kept on disk: without machine code where there is none."""
-        return self.serialize_using_bitcode() if self._waits else super().serialize_using_object_code()
+        if self._waits:
+            return self.serialize_using_bitcode()
+        name, _, (machine_code, instructions) = super().serialize_using_object_code()
+        module = self._get_module_for_linking()
+        symbols = [
+            symbol.name
+            for symbol in (*module.functions, *module.global_variables)
+            if not symbol.is_declaration
+        ]
+        return name, PACKED, (machine_code, zlib.compress(instructions, FAST), symbols)
+
+    @classmethod
+    def _unserialize(cls, generator: Any, state: Any) -> Any:
+        name, kind, data = state
+        if kind != PACKED:
+            return cast(Any, super())._unserialize(generator, state)
+        library = generator.create_library(name)
+        machine_code, library._packed, symbols = data
+        library.enable_object_caching()
+        library._set_compiled_object(machine_code)
+        library._finalize_final_module()
+        generator._engine._defined_symbols.update(symbols)
+        return library
 
 
 class InnerLibrary(LeanLibrary):
@@ -149,6 +183,9 @@ def _looks_as_expected() -> bool:
         "_get_module_for_linking": ["self"],
         "serialize_using_object_code": ["self"],
         "serialize_using_bitcode": ["self"],
+        "enable_object_caching": ["self"],
+        "_set_compiled_object": ["self", "value"],
+        "_unserialize": ["codegen", "state"],
     }
     try:
         return (
@@ -158,6 +195,7 @@ def _looks_as_expected() -> bool:
             )
             and list(inspect.signature(_NUMBAS_SET_ENV).parameters) == ["self", "env_name", "env"]
             and hasattr(codegen.JitEngine, "is_symbol_defined")
+            and isinstance(vars(codegen.JitEngine(None))["_defined_symbols"], set)
             and isinstance(codegen.RuntimeLinker()._unresolved, dict)
             and isinstance(codegen.RuntimeLinker.PREFIX, str)
             and hasattr(codegen.CPUCodegen, "_module_pass_manager")

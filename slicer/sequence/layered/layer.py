@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.problem import CostModel
-from slicer.sequence.states import Needs
+from slicer.sequence.states import Blocks, Needs, Skylines
 
 
 class Sheet(NamedTuple):
@@ -25,6 +25,26 @@ class Sheet(NamedTuple):
     local: NDArray[np.int32]
     distant: Needs
     cost_model: CostModel
+
+
+class StateSpace(NamedTuple):
+    """What a search goes through, and does not change.
+
+    Attributes:
+        blocks: the states of the blocks of columns.
+        value: what each state costs at least from there on, see ``pair_dp.evaluate``.
+        sheet: the toolpaths.
+        sky: the skylines, where travels keep above what is printed.
+        first_set, set_of: see ``sets_of_states``; of no interest where travels are straight and nothing is
+            ``distant``.
+    """
+
+    blocks: Blocks
+    value: NDArray[np.float64]
+    sheet: Sheet
+    sky: Skylines
+    first_set: NDArray[np.int64]
+    set_of: NDArray[np.int32]
 
 
 class Limits(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound import PairBound
-from slicer.sequence.layered.layer import Limits, Sheet
+from slicer.sequence.layered.layer import Limits, Sheet, StateSpace
 from slicer.sequence.layered.layers import expand, first_layer, next_layer
 from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.problem import Search
@@ -66,10 +66,11 @@ def search_layers(
     metric = not section.cost_model.timed and not section.routed
     distant = needs(section, bound.sets, out_of_reach(section, blocks.home))
     sheet = Sheet(section.segments, section.column, bound.sets.local, distant, section.cost_model)
-    state_sets = np.zeros(1, np.int64), np.zeros(1, np.int32)
+    first_set, set_of = np.zeros(1, np.int64), np.zeros(1, np.int32)
     if section.routed or len(distant.path):
-        state_sets = sets_of_states(blocks, bound.sets)
-    layer = first_layer(blocks, bound.value, sheet, bound.ends.starts)
+        first_set, set_of = sets_of_states(blocks, bound.sets)
+    space = StateSpace(blocks, bound.value, sheet, bound.sky, first_set, set_of)
+    layer = first_layer(space, bound.ends.starts)
     pool = new_pool()
     parents, lasts = [layer.parent], [layer.last]
     missed, nodes, generated, widest = np.inf, 0, 0, 0
@@ -78,9 +79,7 @@ def search_layers(
         if nodes > most_nodes or search.should_stop():
             return LayeredSearch(None, np.inf, bound.bound, nodes, generated, widest, False)
         limits = Limits(below, width if generated <= enough else min(width, NARROW), metric)
-        pool, size, dropped, more = expand(
-            blocks, bound.value, sheet, layer, pool, bound.sky, state_sets, limits
-        )
+        pool, size, dropped, more = expand(space, layer, pool, limits)
         layer = next_layer(blocks, sheet, layer, pool, size)
         missed = min(missed, dropped)
         generated += more

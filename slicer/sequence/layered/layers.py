@@ -8,11 +8,13 @@ through it. Nodes above a cut are dropped, and beyond a width the worst. If only
 no sequence below the cut is missed.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, inner_kernel, kernel
-from slicer.sequence.layered.layer import Layer, Limits, Sheet
+from slicer.sequence.layered.layer import Layer, Limits, Sheet, StateSpace
 from slicer.sequence.layered.node_pool import (
     BOUND,
     LAST,
@@ -25,7 +27,7 @@ from slicer.sequence.layered.node_pool import (
     rebuild_table,
 )
 from slicer.sequence.problem import direct_cost, least_travel_cost, scrambled
-from slicer.sequence.states import FREE, NONE, OUTSIDE, Blocks, Skylines, cost_over, needs_printed
+from slicer.sequence.states import FREE, NONE, OUTSIDE, Blocks, cost_over, needs_printed
 
 
 @inner_kernel
@@ -54,17 +56,12 @@ def in_block(blocks: Blocks, k: int, u: int, local: int, column: int) -> int:
     return int(2 * (before + local) + (u & 1))
 
 
-def first_layer(
-    blocks: Blocks,
-    value: NDArray[np.float64],
-    sheet: Sheet,
-    starts: NDArray[np.int32],
-) -> Layer:
+def first_layer(space: StateSpace, starts: NDArray[np.int32]) -> Layer:
     """The nodes where one toolpath is printed."""
     m = len(starts)
-    state = np.tile(blocks.state_start[:-1], (m, 1))
+    state = np.tile(space.blocks.state_start[:-1], (m, 1))
     estimate, key = np.zeros(m), np.zeros(m, np.uint64)
-    _begin(blocks, value, sheet, starts, state, estimate, key)
+    _begin(space.blocks, space.value, space.sheet, starts, state, estimate, key)
     return Layer(state, starts, np.zeros(m), estimate, key, np.full(m, NONE, np.int32))
 
 
@@ -93,47 +90,94 @@ def _begin(
             estimate[i] += value_at(blocks, value, k, state[i, k], mine, home)
 
 
+class _Gathered(NamedTuple):
+    """How far the gathering of a layer has come.
+
+    Attributes:
+        at: the node of the layer before whose successors are next.
+        size: nodes in the pool.
+        cut: nodes whose bound is above it are dropped.
+        dropped: the least bound dropped.
+        generated: successors looked at.
+    """
+
+    at: int
+    size: int
+    cut: float
+    dropped: float
+    generated: int
+
+
+class _Scratch(NamedTuple):
+    """Room for what is known of one node.
+
+    Attributes:
+        old: float64 (b,), the value of each block.
+        passed: float64 (b + 1,), the change of the estimate if the blocks before k come to lie to the left.
+        ahead: float64 (b + 1,), the same if those from k on come to lie to the right.
+        printed: int32 (c,), the down-set of each column.
+    """
+
+    old: NDArray[np.float64]
+    passed: NDArray[np.float64]
+    ahead: NDArray[np.float64]
+    printed: NDArray[np.int32]
+
+
 @kernel
 def expand(
-    blocks: Blocks,
-    value: NDArray[np.float64],
-    sheet: Sheet,
-    layer: Layer,
-    pool: NodePool,
-    sky: Skylines,
-    state_sets: tuple[NDArray[np.int64], NDArray[np.int32]],
-    limits: Limits,
+    space: StateSpace, layer: Layer, pool: NodePool, limits: Limits
 ) -> tuple[NodePool, int, float, int]:
-    """Gather the next layer in a pool: the pool, how many nodes, the least bound dropped, how many generated.
+    """Gather the next layer in a pool: the pool, how many nodes, the least bound dropped, how many generated."""
+    # What creates arrays counts references to every array that it touches, at an atomic instruction each:
+    # two thirds of the time, were the loop over the nodes in here.
+    count = len(space.blocks.state_start) - 1
+    scratch = _Scratch(
+        np.empty(count),
+        np.empty(count + 1),
+        np.empty(count + 1),
+        np.empty(len(space.blocks.column_size), np.int32),
+    )
+    rebuild_table(pool, 0)
+    gathered = _gather(space, layer, pool, limits, scratch, _Gathered(0, 0, limits.cut, np.inf, 0))
+    while gathered.at < len(layer.last):
+        pool = doubled(pool, gathered.size)
+        gathered = _gather(space, layer, pool, limits, scratch, gathered)
+    size, dropped = gathered.size, gathered.dropped
+    if limits.metric:
+        size = drop_dominated(pool, space.sheet.segments, size)
+    if size > limits.width:
+        dropped = min(dropped, keep_best(pool, size, limits.width)[0])
+        size = limits.width
+    return pool, size, dropped, gathered.generated
 
-    Args:
-        sky: the skylines, where travels keep above what is printed.
-        state_sets: see ``sets_of_states``; of no interest where travels are straight and nothing ``distant``.
-        limits: what is dropped.
+
+@inner_kernel
+def _gather(
+    space: StateSpace, layer: Layer, pool: NodePool, limits: Limits, scratch: _Scratch, gathered: _Gathered
+) -> _Gathered:
+    """Enter the successors of a layer's nodes into the pool, until they are done or the pool is full.
+
+    A node whose successors have no room begins anew in a larger pool, which leaves those that are there.
     """
+    blocks, value, sheet = space.blocks, space.value, space.sheet
     segments, column, local, distant, cost_model = sheet
     tied, allowed = len(distant.path) > 0, blocks.allowed
-    first_set, set_of = state_sets
-    cut, width, metric = limits
-    count = len(blocks.state_start) - 1
-    rebuild_table(pool, 0)
-    size, generated, dropped = 0, 0, np.inf
+    width, highest = limits.width, limits.cut
+    first, size, cut, dropped, generated = gathered
     # Of nodes that may dominate each other more are gathered before the worst are dropped.
     # A narrow layer after wide ones does without: what each time takes depends on the pool.
-    room = 4 * width if metric else width + max(width // 4, len(pool.table) // 16)
-    highest = cut  # what lies between ``cut`` and this is of interest, but there is no room for it
-    old = np.empty(count)
-    printed = np.empty(len(blocks.column_size), np.int32)
-    passed = np.empty(count + 1)  # the change of the estimate if the blocks before k come to lie to the left
-    ahead = np.empty(count + 1)  # the same if those from k on come to lie to the right
-    for i in range(len(layer.last)):
+    room = 4 * width if limits.metric else width + max(width // 4, len(pool.table) // 16)
+    old, passed, ahead, printed = scratch
+    for i in range(first, len(layer.last)):
+        before = generated
         u = layer.last[i]
         u_home = blocks.home[column[u >> 1]]
         out_x, out_y = segments[u >> 1, 1 - (u & 1), 0], segments[u >> 1, 1 - (u & 1), 1]
-        _look_around(blocks, value, sheet, layer.state[i], u, old, passed, ahead)
-        if sky.routed or tied:
-            _read_sets(blocks, first_set, set_of, layer.state[i], printed)
-        for k in range(count):
+        _look_around(space, layer.state[i], u, scratch)
+        if space.sky.routed or tied:
+            _read_sets(space, layer.state[i], printed)
+        for k in range(len(old)):
             s = layer.state[i, k]
             for e in range(blocks.move_start[s], blocks.move_start[s + 1]):
                 path = blocks.path[blocks.path_start[k] + blocks.move_path[e]]
@@ -160,14 +204,14 @@ def expand(
                     direct = direct_cost(cost_model, dx, dy)
                     cost = layer.cost[i] + direct
                     generated += 1
-                    if sky.routed:
+                    if space.sky.routed:
                         if cost_model.join > 0.0:
                             # A slow hop that has to rise over something is not joined, and then costs less.
                             cost = layer.cost[i] + least_travel_cost(cost_model, dx, dy)
                         if cost + estimate <= cut:
                             over = cost_over(
                                 cost_model,
-                                sky,
+                                space.sky,
                                 printed,
                                 (column[u >> 1], column[path]),
                                 (u >> 1, segments[u >> 1]),
@@ -177,52 +221,36 @@ def expand(
                             cost = layer.cost[i] + (direct if over == FREE else over)
                     if cost + estimate <= cut:
                         if size == len(pool.key):
-                            pool = doubled(pool, size)
+                            return _Gathered(i, size, cut, dropped, before)
                         key = layer.key[i] ^ scrambled(path + 1)
                         size = insert(pool, size, key, 2 * path + f, i, cost, cost + estimate)
                     elif cost + estimate <= highest:
+                        # It is of interest, but there is no room for it.
                         dropped = min(dropped, cost + estimate)
         if size > room:
             least, cut = keep_best(pool, size, width)
             size, dropped = width, min(dropped, least)
             rebuild_table(pool, size)
-    if metric:
-        size = drop_dominated(pool, segments, size)
-    if size > width:
-        least, cut = keep_best(pool, size, width)
-        size, dropped = width, min(dropped, least)
-    return pool, size, dropped, generated
+    return _Gathered(len(layer.last), size, cut, dropped, generated)
 
 
 @inner_kernel
-def _read_sets(
-    blocks: Blocks,
-    first_set: NDArray[np.int64],
-    set_of: NDArray[np.int32],
-    state: NDArray[np.int32],
-    printed: NDArray[np.int32],
-) -> None:
+def _read_sets(space: StateSpace, state: NDArray[np.int32], printed: NDArray[np.int32]) -> None:
     """Fill in the down-set of each column from the states of the blocks."""
+    blocks = space.blocks
     for k in range(len(state)):
         width = blocks.bounds[k + 1] - blocks.bounds[k] + 1
-        at = first_set[k] + (state[k] - blocks.state_start[k]) * width
+        at = space.first_set[k] + (state[k] - blocks.state_start[k]) * width
         for q in range(width):
-            printed[blocks.bounds[k] + q] = set_of[at + q]
+            printed[blocks.bounds[k] + q] = space.set_of[at + q]
 
 
 @inner_kernel
-def _look_around(
-    blocks: Blocks,
-    value: NDArray[np.float64],
-    sheet: Sheet,
-    state: NDArray[np.int32],
-    u: int,
-    old: NDArray[np.float64],
-    passed: NDArray[np.float64],
-    ahead: NDArray[np.float64],
-) -> None:
+def _look_around(space: StateSpace, state: NDArray[np.int32], u: int, scratch: _Scratch) -> None:
     """Fill in what every block's value is after u, and sums of what it changes by if the nozzle goes past."""
-    column, local = sheet.column, sheet.local
+    blocks, value = space.blocks, space.value
+    column, local = space.sheet.column, space.sheet.local
+    old, passed, ahead, _ = scratch
     home = blocks.home[column[u >> 1]]
     count = len(old)
     passed[0] = ahead[count] = 0.0

@@ -80,6 +80,23 @@ def new_beam(layout: Layout, starts: list[tuple[int, int, int, int]], width: int
     return beam
 
 
+class _Place(NamedTuple):
+    """Where an advancing beam is.
+
+    Attributes:
+        layer, node: whose successors are next.
+        size: nodes of the next layer in the pool.
+        cut: nodes whose bound is above it are dropped from that layer.
+        generated: successors looked at.
+    """
+
+    layer: int
+    node: int
+    size: int
+    cut: float
+    generated: int
+
+
 @kernel
 def advance(
     layout: Layout, known: StateValues, beam: Beam, pool: NodePool, span: tuple[int, int], width: int
@@ -90,16 +107,40 @@ def advance(
         (the pool, the layer it has come to, the successors generated): an earlier layer where nothing of it
         has a successor among the states that are looked at.
     """
+    # No loop over nodes in here: what creates arrays counts references to all that it touches, see ``expand``.
     columns = len(layout.begin) - 1
     around = Around(np.empty(columns + 1), np.empty(columns + 1))
-    room, generated = 4 * width, 0
     if span[0] == 0:
         _begin(layout, known, beam, around)
-    for at in range(span[0], span[1]):
+    rebuild_table(pool, 0)
+    place, full = _advance(layout, known, beam, pool, around, _Place(span[0], 0, 0, np.inf, 0), span[1], width)
+    while full:
+        pool = doubled(pool, place.size)
+        place, full = _advance(layout, known, beam, pool, around, place, span[1], width)
+    return pool, place.layer, place.generated
+
+
+@inner_kernel
+def _advance(
+    layout: Layout,
+    known: StateValues,
+    beam: Beam,
+    pool: NodePool,
+    around: Around,
+    place: _Place,
+    end: int,
+    width: int,
+) -> tuple[_Place, bool]:
+    """Take a beam to layer ``end``, or as far as the pool has room; whether that is what ended it.
+
+    A node whose successors have no room begins anew in a larger pool, which leaves those that are there.
+    """
+    columns = len(layout.begin) - 1
+    room = 4 * width
+    begun, first, size, cut, generated = place
+    for at in range(begun, end):
         here = at & 1
-        rebuild_table(pool, 0)
-        size, cut = 0, np.inf
-        for a in range(beam.last.shape[1]):
+        for a in range(first, beam.last.shape[1]):
             u = beam.last[at, a]
             if u == NONE:
                 break
@@ -128,7 +169,7 @@ def advance(
                             generated += 1
                             if bound <= cut and bound < np.inf:
                                 if size == len(pool.key):
-                                    pool = doubled(pool, size)
+                                    return _Place(at, a, size, cut, before), True
                                 key = beam.key[a] ^ scrambled(path + 1)
                                 size = insert(pool, size, key, 2 * path + f, a, cost, bound)
                 if generated > before or high - low + 1 == columns:
@@ -138,13 +179,15 @@ def advance(
                 size = width
                 rebuild_table(pool, size)
         if size == 0:
-            return pool, at, generated
+            return _Place(at, 0, 0, cut, generated), False
         size = drop_dominated(pool, layout.point.reshape(-1, 2, 2), size)
         if size > width:
             keep_best(pool, size, width)
             size = width
         _enter(layout, beam, pool, size, at + 1)
-    return pool, span[1], generated
+        rebuild_table(pool, 0)
+        first, size, cut = 0, 0, np.inf
+    return _Place(end, 0, 0, cut, generated), False
 
 
 @inner_kernel
