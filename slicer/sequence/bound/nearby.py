@@ -16,8 +16,6 @@ from slicer.sequence.states import Blocks, DownSets, Section, connect, set_sizes
 
 PACE = 28.0
 """How many toolpaths, on average, a column may be ahead of its neighbour."""
-
-
 FEWER = 0.8
 """With more of all travels left, looks at all states in between cost more than is saved."""
 
@@ -54,10 +52,11 @@ def nearby(section: Section, sets: DownSets, whole: Climbed, pace: ArrayLike) ->
     """Those of ``whole`` that are ``near_states``; None if hardly fewer, or where no walk keeps to them."""
     blocks = whole.blocks
     near = near_states(section, sets, blocks, pace)
-    if near.all():
+    # Of the travels that near states have, hardly any leads to one that is not.
+    if blocks.arcs_at[near].sum() > FEWER * blocks.arcs:
         return None
     inner = connect(section, sets, blocks.bounds, blocks.among(near, sets))
-    if (np.diff(inner.state_start) == 0).any() or inner.arcs > FEWER * blocks.arcs:
+    if (np.diff(inner.state_start) == 0).any():
         return None
     ends = find_ends(section, sets, inner)
     if len(ends.starts) == 0:

@@ -39,7 +39,7 @@ FULL = 12
 """That search is so many times wider than it could be if all its layers were full."""
 SECONDS = 3e-7
 """What a unit of the budget takes, about."""
-ROUNDS = ((30, 50), (30, 100), (40, 500), (60, 1_000), (80, 2_000), (100, 5_000))
+ROUNDS = ((25, 50), (40, 2_000), (80, 5_000), (100, 10_000))
 """Steps of the bound and width of the search in each round; later ones double the width."""
 
 

@@ -48,18 +48,24 @@ class StateSpace(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What is dropped of a layer.
+    """What is dropped of the layers, and when a search has had enough.
 
     Attributes:
         cut: nodes whose bound is above it, which do not count as dropped.
         width: of the others, all but so many.
         metric: whether the cost obeys the triangle inequality, so that a node is of no use if another one has
             the same printed and could go to this one's end for less.
+        enough: once so many successors are generated,
+        narrow: layers have so many nodes at most.
+        most_nodes: the search gives up beyond so many nodes in all.
     """
 
     cut: float
     width: int
     metric: bool
+    enough: int
+    narrow: int
+    most_nodes: int
 
 
 class Layer(NamedTuple):
@@ -71,7 +77,6 @@ class Layer(NamedTuple):
         cost: float64 (m,), of the travels so far.
         estimate: float64 (m,), the sum of the blocks' values: at least this much is to come.
         key: uint64 (m,), a hash of what is printed.
-        parent: int32 (m,), the node of the layer before.
     """
 
     state: NDArray[np.int32]
@@ -79,4 +84,34 @@ class Layer(NamedTuple):
     cost: NDArray[np.float64]
     estimate: NDArray[np.float64]
     key: NDArray[np.uint64]
+
+
+class Trail(NamedTuple):
+    """How the nodes of every layer so far were come to, layer after layer, with room for more.
+
+    Attributes:
+        last: int32 (m,), the last oriented toolpath of each node.
+        parent: int32 (m,), its number among those of the layer before; ``NONE`` in the first.
+        begin: int64 (n + 1,), where each layer begins, and the end of the last one.
+    """
+
+    last: NDArray[np.int32]
     parent: NDArray[np.int32]
+    begin: NDArray[np.int64]
+
+
+class Descent(NamedTuple):
+    """What a search has seen so far.
+
+    Attributes:
+        layers: that there are.
+        dropped: the least bound dropped.
+        nodes, generated: nodes whose successors were gathered, and these.
+        widest: the most nodes of a layer.
+    """
+
+    layers: int
+    dropped: float
+    nodes: int
+    generated: int
+    widest: int

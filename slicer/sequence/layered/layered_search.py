@@ -6,16 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound import PairBound
-from slicer.sequence.layered.layer import Limits, Sheet, StateSpace
-from slicer.sequence.layered.layers import expand, first_layer, next_layer
+from slicer.sequence.layered.layer import Descent, Layer, Limits, Sheet, StateSpace, Trail
+from slicer.sequence.layered.layers import descend, first_layer
 from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.problem import Search
-from slicer.sequence.states import needs, out_of_reach, sets_of_states
+from slicer.sequence.states import NONE, needs, out_of_reach, sets_of_states
 
 RELATIVE_EPS = 1e-10
 """A sequence must be better by this part of its cost to count as better; rounding stays far below."""
 NARROW = 500
 """Nodes of a layer, where a search has generated as many nodes as it should have in all."""
+BETWEEN = 500_000
+"""Successors between two looks at the clock."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,27 +73,39 @@ def search_layers(
         first_set, set_of = sets_of_states(blocks, bound.sets)
     space = StateSpace(blocks, bound.value, sheet, bound.sky, first_set, set_of)
     layer = first_layer(space, bound.ends.starts)
-    pool = new_pool()
-    parents, lasts = [layer.parent], [layer.last]
-    missed, nodes, generated, widest = np.inf, 0, 0, 0
-    for _ in range(section.n - 1):
-        nodes += len(layer.last)
-        if nodes > most_nodes or search.should_stop():
-            return LayeredSearch(None, np.inf, bound.bound, nodes, generated, widest, False)
-        limits = Limits(below, width if generated <= enough else min(width, NARROW), metric)
-        pool, size, dropped, more = expand(space, layer, pool, limits)
-        layer = next_layer(blocks, sheet, layer, pool, size)
-        missed = min(missed, dropped)
-        generated += more
-        widest = max(widest, len(layer.last))
-        parents.append(layer.parent)
-        lasts.append(layer.last)
-        if len(layer.last) == 0:
-            return LayeredSearch(None, np.inf, missed, nodes, generated, widest, True)
-    at = int(np.argmin(layer.cost))
-    cost = float(layer.cost[at])
-    oriented = np.empty(section.n, np.int32)
-    for k in range(section.n - 1, -1, -1):
-        oriented[k] = lasts[k][at]
-        at = int(parents[k][at])
-    return LayeredSearch(oriented, cost, missed, nodes, generated, widest, True)
+    trail = _first_trail(layer, section.n)
+    limits = Limits(below, width, metric, enough, NARROW, most_nodes)
+    pool, descent = new_pool(), Descent(1, np.inf, 0, 0, 0)
+    while descent.layers < section.n and len(layer.last):
+        if descent.nodes > most_nodes or search.should_stop():
+            return LayeredSearch(
+                None, np.inf, bound.bound, descent.nodes, descent.generated, descent.widest, False
+            )
+        layer, pool, trail, descent = descend(space, layer, pool, trail, limits, descent, BETWEEN)
+    oriented, cost = None, np.inf
+    if len(layer.last):
+        at = int(np.argmin(layer.cost))
+        oriented, cost = _walked(trail, section.n, at), float(layer.cost[at])
+    return LayeredSearch(
+        oriented, cost, descent.dropped, descent.nodes, descent.generated, descent.widest, True
+    )
+
+
+def _first_trail(layer: Layer, n: int) -> Trail:
+    """The trail of a search that has come to its first layer of n."""
+    m = len(layer.last)
+    trail = Trail(
+        np.empty(max(n, m), np.int32), np.full(max(n, m), NONE, np.int32), np.zeros(n + 1, np.int64)
+    )
+    trail.last[:m] = layer.last
+    trail.begin[1] = m
+    return trail
+
+
+def _walked(trail: Trail, n: int, at: int) -> NDArray[np.int32]:
+    """int32 (n,), the oriented toolpaths on the way to a node of the last layer."""
+    oriented = np.empty(n, np.int32)
+    for k in range(n - 1, -1, -1):
+        node = trail.begin[k] + at
+        oriented[k], at = trail.last[node], int(trail.parent[node])
+    return oriented

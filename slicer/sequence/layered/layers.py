@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import bare_kernel, inner_kernel, kernel
-from slicer.sequence.layered.layer import Layer, Limits, Sheet, StateSpace
+from slicer.kernels import allocating_inner_kernel, bare_kernel, inner_kernel, kernel
+from slicer.sequence.layered.layer import Descent, Layer, Limits, Sheet, StateSpace, Trail
 from slicer.sequence.layered.node_pool import (
     BOUND,
+    COST,
     LAST,
     PARENT,
     NodePool,
@@ -25,6 +26,7 @@ from slicer.sequence.layered.node_pool import (
     insert,
     keep_best,
     rebuild_table,
+    sort_by_bound,
 )
 from slicer.sequence.problem import direct_cost, least_travel_cost, scrambled
 from slicer.sequence.states import FREE, NONE, OUTSIDE, Blocks, cost_over, needs_printed
@@ -62,7 +64,7 @@ def first_layer(space: StateSpace, starts: NDArray[np.int32]) -> Layer:
     state = np.tile(space.blocks.state_start[:-1], (m, 1))
     estimate, key = np.zeros(m), np.zeros(m, np.uint64)
     _begin(space.blocks, space.value, space.sheet, starts, state, estimate, key)
-    return Layer(state, starts, np.zeros(m), estimate, key, np.full(m, NONE, np.int32))
+    return Layer(state, starts, np.zeros(m), estimate, key)
 
 
 @bare_kernel
@@ -125,12 +127,12 @@ class _Scratch(NamedTuple):
 
 
 @kernel
-def expand(
-    space: StateSpace, layer: Layer, pool: NodePool, limits: Limits
-) -> tuple[NodePool, int, float, int]:
-    """Gather the next layer in a pool: the pool, how many nodes, the least bound dropped, how many generated."""
+def descend(
+    space: StateSpace, layer: Layer, pool: NodePool, trail: Trail, limits: Limits, descent: Descent, most: int
+) -> tuple[Layer, NodePool, Trail, Descent]:
+    """Search layer after layer, up to the last one, an empty one, ``most_nodes``, or ``most`` more successors."""
     # What creates arrays counts references to every array that it touches, at an atomic instruction each:
-    # two thirds of the time, were the loop over the nodes in here.
+    # most of the time, were the loops over nodes in here.
     count = len(space.blocks.state_start) - 1
     scratch = _Scratch(
         np.empty(count),
@@ -138,23 +140,62 @@ def expand(
         np.empty(count + 1),
         np.empty(len(space.blocks.column_size), np.int32),
     )
-    rebuild_table(pool, 0)
-    gathered = _gather(space, layer, pool, limits, scratch, _Gathered(0, 0, limits.cut, np.inf, 0))
-    while gathered.at < len(layer.last):
-        pool = doubled(pool, gathered.size)
-        gathered = _gather(space, layer, pool, limits, scratch, gathered)
-    size, dropped = gathered.size, gathered.dropped
-    if limits.metric:
-        size = drop_dominated(pool, space.sheet.segments, size)
-    if size > limits.width:
-        dropped = min(dropped, keep_best(pool, size, limits.width)[0])
-        size = limits.width
-    return pool, size, dropped, gathered.generated
+    layers, missed, nodes, generated, widest = descent
+    until = generated + most
+    while layers < len(trail.begin) - 1 and 0 < len(layer.last) and generated < until:
+        nodes += len(layer.last)
+        if nodes > limits.most_nodes:
+            break
+        width = limits.width if generated <= limits.enough else min(limits.width, limits.narrow)
+        rebuild_table(pool, 0)
+        gathered = _gather(space, layer, pool, limits, width, scratch, _Gathered(0, 0, limits.cut, np.inf, 0))
+        while gathered.at < len(layer.last):
+            pool = doubled(pool, gathered.size)
+            gathered = _gather(space, layer, pool, limits, width, scratch, gathered)
+        size, dropped = gathered.size, gathered.dropped
+        if limits.metric:
+            size = drop_dominated(pool, space.sheet.segments, size)
+        if size > width:
+            dropped = min(dropped, keep_best(pool, size, width)[0])
+            size = width
+        missed, generated, widest = min(missed, dropped), generated + gathered.generated, max(widest, size)
+        sort_by_bound(pool, size, np.empty(size, np.int32))
+        begin = trail.begin[layers]
+        if begin + size > len(trail.last):
+            trail = _longer(trail, begin, begin + size)
+        before = layer
+        layer = Layer(
+            np.empty((size, count), np.int32),
+            np.empty(size, np.int32),
+            np.empty(size),
+            np.empty(size),
+            np.empty(size, np.uint64),
+        )
+        _enter(space, before.state, pool, layer, trail, begin)
+        layers += 1
+        trail.begin[layers] = begin + size
+    return layer, pool, trail, Descent(layers, missed, nodes, generated, widest)
+
+
+@allocating_inner_kernel
+def _longer(trail: Trail, used: int, needed: int) -> Trail:
+    """A trail with the same nodes and more room."""
+    room = max(needed, 2 * len(trail.last))
+    longer = Trail(np.empty(room, np.int32), np.empty(room, np.int32), trail.begin)
+    for at in range(used):
+        longer.last[at], longer.parent[at] = trail.last[at], trail.parent[at]
+    return longer
 
 
 @inner_kernel
 def _gather(
-    space: StateSpace, layer: Layer, pool: NodePool, limits: Limits, scratch: _Scratch, gathered: _Gathered
+    space: StateSpace,
+    layer: Layer,
+    pool: NodePool,
+    limits: Limits,
+    width: int,
+    scratch: _Scratch,
+    gathered: _Gathered,
 ) -> _Gathered:
     """Enter the successors of a layer's nodes into the pool, until they are done or the pool is full.
 
@@ -163,7 +204,7 @@ def _gather(
     blocks, value, sheet = space.blocks, space.value, space.sheet
     segments, column, local, distant, cost_model = sheet
     tied, allowed = len(distant.path) > 0, blocks.allowed
-    width, highest = limits.width, limits.cut
+    highest = limits.cut
     first, size, cut, dropped, generated = gathered
     # Of nodes that may dominate each other more are gathered before the worst are dropped.
     # A narrow layer after wide ones does without: what each time takes depends on the pool.
@@ -273,33 +314,25 @@ def step_of(blocks: Blocks, s: int, path: int) -> int:
     return NONE
 
 
-def next_layer(blocks: Blocks, sheet: Sheet, layer: Layer, pool: NodePool, size: int) -> Layer:
-    """The nodes that ``expand`` has gathered, the most promising first: what they lead to bars the rest."""
-    best = np.argsort(pool.number[:size, BOUND], kind="stable")
-    for part in (pool.tag, pool.number, pool.key):
-        part[:size] = part[best]
-    state = np.empty((size, layer.state.shape[1]), np.int32)
-    _advance_states(blocks, sheet, layer.state, pool, state)
-    parent, last = pool.tag[:size].T
-    cost, bound = pool.number[:size].T
-    return Layer(state, last.copy(), cost.copy(), bound - cost, pool.key[:size].copy(), parent.copy())
-
-
-@bare_kernel
-def _advance_states(
-    blocks: Blocks,
-    sheet: Sheet,
-    before: NDArray[np.int32],
-    pool: NodePool,
-    state: NDArray[np.int32],
+@inner_kernel
+def _enter(
+    space: StateSpace, before: NDArray[np.int32], pool: NodePool, layer: Layer, trail: Trail, begin: int
 ) -> None:
-    """Fill in the states of the pool's nodes: those of their parents but for one column."""
-    column, local = sheet.column, sheet.local
-    for at in range(len(state)):
-        v = pool.tag[at, LAST]
+    """Fill in a layer with the pool's nodes in the order of its chain, and the trail to them.
+
+    The states of a node are those of its parent but for one column.
+    """
+    blocks, column, local = space.blocks, space.sheet.column, space.sheet.local
+    for i in range(len(layer.last)):
+        at = pool.chain[i]
+        v, parent = pool.tag[at, LAST], pool.tag[at, PARENT]
+        trail.last[begin + i], trail.parent[begin + i] = v, parent
+        layer.last[i], layer.key[i] = v, pool.key[at]
+        layer.cost[i] = pool.number[at, COST]
+        layer.estimate[i] = pool.number[at, BOUND] - pool.number[at, COST]
         c = column[v >> 1]
-        for k in range(state.shape[1]):
-            s = before[pool.tag[at, PARENT], k]
+        for k in range(layer.state.shape[1]):
+            s = before[parent, k]
             if blocks.home[c, 0] <= k <= blocks.home[c, 1]:
                 s = blocks.move_to[step_of(blocks, s, in_block(blocks, k, v, local[v >> 1], c) >> 1)]
-            state[at, k] = s
+            layer.state[i, k] = s

@@ -15,6 +15,8 @@ from slicer.sequence.states import NONE
 FIRST_CAPACITY = 4096
 PARENT, LAST = 0, 1
 COST, BOUND = 0, 1
+RUN = 8
+"""So many nodes are sorted by insertion."""
 
 
 class NodePool(NamedTuple):
@@ -159,6 +161,40 @@ def _smallest(values: NDArray[np.float64], size: int, rank: int) -> float:
         else:
             break
     return float(values[rank])
+
+
+@inner_kernel
+def sort_by_bound(pool: NodePool, size: int, spare: NDArray[np.int32]) -> None:
+    """Put the numbers of the first ``size`` nodes into the chain, those of least bound first; equal ones stay.
+
+    Merges runs that are sorted (Knuth, The Art of Computer Programming 3, 5.2.4); ``spare`` is int32 (size,).
+    """
+    chain, number = pool.chain, pool.number
+    for begin in range(0, size, RUN):
+        for at in range(begin, min(begin + RUN, size)):
+            to = at
+            while to > begin and number[chain[to - 1], BOUND] > number[at, BOUND]:
+                chain[to] = chain[to - 1]
+                to -= 1
+            chain[to] = at
+    run = RUN
+    while run < size:
+        for begin in range(0, size, 2 * run):
+            middle, end = min(begin + run, size), min(begin + 2 * run, size)
+            left, right = begin, middle
+            for to in range(begin, end):
+                from_left = right == end
+                if left < middle and right < end:
+                    from_left = number[chain[left], BOUND] <= number[chain[right], BOUND]
+                if from_left:
+                    spare[to] = chain[left]
+                    left += 1
+                else:
+                    spare[to] = chain[right]
+                    right += 1
+        for at in range(size):
+            chain[at] = spare[at]
+        run *= 2
 
 
 @inner_kernel

@@ -69,9 +69,14 @@ class Blocks(NamedTuple):
 
     @property
     def arcs(self) -> int:
-        """The travels that one evaluation looks at: from each end of a state to each of its next entries."""
+        """The travels that one evaluation looks at."""
+        return int(self.arcs_at.sum())
+
+    @property
+    def arcs_at(self) -> NDArray[np.int64]:
+        """int64 (s,), those of each state: from each of its ends to each of its next entries."""
         ends = np.diff(self.value_start).astype(np.int64) - OUTSIDE
-        return int(2 * (ends * np.diff(self.move_start)).sum())
+        return 2 * ends * np.diff(self.move_start)
 
     def shape(self, k: int, sets: DownSets) -> tuple[int, ...]:
         """The numbers of down-sets of the columns of block k."""
