@@ -6,9 +6,9 @@ made for it alone runs never. Here a kernel becomes machine code when somebody a
 which for Python's sake numba does at once and for another kernel never; and what adds nothing but time is
 left out of optimising. That was an eighth of all compiling.
 
-Machine code from disk comes with the instructions that it was made of, for kernels that would take them along.
-Numba reads these at once, here they wait for such a kernel: half of the time and two thirds of the memory of
-loading.
+Machine code from disk comes with the instructions that it was made of, for kernels that would take them
+along. Numba reads these at once, here they wait for such a kernel: half of the time and two thirds of the
+memory of loading.
 
 As in ``typing_memo`` this holds only while one of our kernels is compiled or loaded, and is left out where a
 numba is built otherwise.

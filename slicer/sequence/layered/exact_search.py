@@ -40,7 +40,15 @@ FULL = 12
 SECONDS = 3e-7
 """What a unit of the budget takes, about."""
 ROUNDS = ((25, 50), (40, 2_000), (80, 5_000), (100, 10_000))
-"""Steps of the bound and width of the search in each round; later ones double the width."""
+"""Steps of the bound and width of the search in each round; later ones double the width.
+
+A search so narrow proves most sheets of 4x4 tiles. Where it does not, all states are looked at for less than
+more rounds of the bound would take.
+"""
+KNOWN_ROUNDS = ((12, 500), *ROUNDS[1:])
+"""The same where the bound begins with good prices."""
+ROUTED_ROUNDS = ((50, 100), (50, 500), (60, 2_000), *ROUNDS[2:])
+"""The same where states know walls: there searches cost more, and the bound takes more steps to rise."""
 
 
 def exact_sees_all(search: Search) -> bool:
@@ -79,10 +87,11 @@ def exact(
         bound.start_from(known.column, known.oriented, known.best)
         bound.use_best_multipliers()
         bound.fix_states(search.cost)
+    rounds = ROUTED_ROUNDS if search.objective.routed else ROUNDS if known is None else KNOWN_ROUNDS
     turn, found_less = 0, True
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
-        steps, width = ROUNDS[min(turn, len(ROUNDS) - 1)]
-        width <<= max(0, turn - len(ROUNDS) + 1)
+        steps, width = rounds[min(turn, len(rounds) - 1)]
+        width <<= max(0, turn - len(rounds) + 1)
         narrow = width < WIDE
         turn += 1
         before, known_before, spent_before = bound.bound, search.lower_bound, budget.spent

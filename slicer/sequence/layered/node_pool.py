@@ -165,7 +165,7 @@ def _smallest(values: NDArray[np.float64], size: int, rank: int) -> float:
 
 @inner_kernel
 def sort_by_bound(pool: NodePool, size: int, spare: NDArray[np.int32]) -> None:
-    """Put the numbers of the first ``size`` nodes into the chain, those of least bound first; equal ones stay.
+    """Put the numbers of the first nodes into the chain, least bound first, equal ones as they come.
 
     Merges runs that are sorted (Knuth, The Art of Computer Programming 3, 5.2.4); ``spare`` is int32 (size,).
     """

@@ -107,13 +107,14 @@ def advance(
         (the pool, the layer it has come to, the successors generated): an earlier layer where nothing of it
         has a successor among the states that are looked at.
     """
-    # No loop over nodes in here: what creates arrays counts references to all that it touches, see ``expand``.
+    # No loop over nodes in here, see ``descend``.
     columns = len(layout.begin) - 1
     around = Around(np.empty(columns + 1), np.empty(columns + 1))
     if span[0] == 0:
         _begin(layout, known, beam, around)
     rebuild_table(pool, 0)
-    place, full = _advance(layout, known, beam, pool, around, _Place(span[0], 0, 0, np.inf, 0), span[1], width)
+    place = _Place(span[0], 0, 0, np.inf, 0)
+    place, full = _advance(layout, known, beam, pool, around, place, span[1], width)
     while full:
         pool = doubled(pool, place.size)
         place, full = _advance(layout, known, beam, pool, around, place, span[1], width)
