@@ -1,10 +1,15 @@
 """Options and fixtures for all tests."""
 
+import signal
 from pathlib import Path
 
 import pytest
 
 GOLDEN = Path(__file__).parent / "golden"
+
+
+# A shell lets what it starts in the background ignore Ctrl-C, and every process that tests start would, too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser):

@@ -18,7 +18,7 @@ ARCS = {"quick": 300_000_000, "default": 10_000_000_000, "high": 60_000_000_000}
 """Travels looked at in all steps, at about 0.5 ns each."""
 STEPS = {"quick": 20, "default": 40, "high": 100}
 """Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
-MOST_STEPS = {"quick": 20, "default": 120, "high": 300}
+MOST_STEPS = {"quick": 20, "default": 150, "high": 300}
 COUNTED_PACE = 40.0
 """``PACE`` where steep tiles are printed one after the other."""
 AT_ONCE, PER_LOOK = 6, 2

@@ -37,7 +37,7 @@ STANDSTILL = 0.1
 """A bound that rises by less than this part of the gap in a round has come as far as it pays."""
 FULL = 12
 """That search is so many times wider than it could be if all its layers were full."""
-SECONDS = 3e-7
+SECONDS = 2e-7
 """What a unit of the budget takes, about."""
 ROUNDS = ((25, 50), (40, 2_000), (80, 5_000), (100, 10_000))
 """Steps of the bound and width of the search in each round; later ones double the width.

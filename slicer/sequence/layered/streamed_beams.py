@@ -23,7 +23,7 @@ WIDTHS: dict[str, Widths] = {
 How wide they may be goes with the size of the sheet.
 """
 MOST_SUCCESSORS = {"quick": 30_000_000, "default": 150_000_000, "high": 1_500_000_000}
-"""Of all layers of a beam, at about 0.15 µs each."""
+"""Of all layers of a beam, at about 0.05 µs each."""
 MOST_COLUMNS, BAND_COLUMNS = 64, 24
 """On wider sheets beams leave toolpaths behind and come back for them too late, so that bands of columns are
 printed one after the other.

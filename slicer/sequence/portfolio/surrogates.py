@@ -33,9 +33,7 @@ SURROGATES: tuple[ObjectiveName, ...] = ("straight", "time")
 """Objectives that do not need the skyline, or are taken without it."""
 WINDOW_WORK = {"quick": 1_000, "default": 14_000, "high": 20_000}
 """Work of the windows for each toolpath, see ``WorkBudget``."""
-WORK_AFTER_BEAMS = WINDOW_WORK | {"default": 7_000}
-"""The same where beams have seen the whole sheet: on 20x20 twice as much brings 0.2 s of travel in 8 s."""
-REFINE_S = 5e-3
+REFINE_S = 3e-3
 """Seconds that windows and exchanges by the true cost take for each toolpath."""
 OWN_UP_TO = 1_400
 """Toolpaths up to which a bound by the goal's own cost leads a beam well enough to look below what is known,
@@ -56,7 +54,6 @@ class Stage(NamedTuple):
         objective: what it is for.
         method: what searches.
         effort: of that search.
-        work: of the windows over what it finds, for each toolpath.
         upwards: how many times the sheet is stretched.
         onward: what searches by the true cost while what is found is refined; or None.
     """
@@ -64,7 +61,6 @@ class Stage(NamedTuple):
     objective: ObjectiveName
     method: Method
     effort: str
-    work: int
     upwards: float = 1.0
     onward: Method | None = None
 
@@ -124,20 +120,19 @@ def _stages(search: Search, method: Method, *, refined: bool, enumerating: bool)
     """What is searched, one after the other, as long as the caller asks for more."""
     effort, problem = search.effort, search.problem
     own = search.objective.searched_as
-    work = WINDOW_WORK[effort]
     if not enumerating:
         names = [own] + [name for name in SURROGATES if refined and name != own]
-        yield from (Stage(name, method, effort, work) for name in names)
+        yield from (Stage(name, method, effort) for name in names)
         return
     first = problem.n <= (CARRY_UP_TO[effort] if problem.planar else OWN_UP_TO) and enumerable(search)
     if first:
-        yield Stage(own, method, effort, work)
+        yield Stage(own, method, effort)
     if problem.planar and is_streamable(search):
         led = method if effort == "high" else partial(_beams, otherwise=method)
         onward = beam if not first and effort == "default" and problem.n <= OWN_UP_TO else None
-        yield Stage("straight", led, effort, WORK_AFTER_BEAMS[effort], _upwards(search), onward)
+        yield Stage("straight", led, effort, _upwards(search), onward)
     else:
-        yield Stage("straight", method, "quick" if effort == "default" else effort, work)
+        yield Stage("straight", method, "quick" if effort == "default" else effort)
 
 
 def _upwards(search: Search) -> float:
@@ -170,7 +165,7 @@ def _refined(
     travel, with windows after them at 33.0, before them at 32.6, and before and after at 31.9.
     """
     aim = search.surrogate(search.objective.name)
-    work = stage.work * aim.problem.n
+    work = WINDOW_WORK[search.effort] * aim.problem.n
     if windows:
         yield (oriented := window_search(aim, oriented, work=work))
     yield (oriented := refine(aim, oriented))
