@@ -49,6 +49,10 @@ KNOWN_ROUNDS = ((12, 500), *ROUNDS[1:])
 """The same where the bound begins with good prices."""
 ROUTED_ROUNDS = ((50, 100), (50, 500), (60, 2_000), *ROUNDS[2:])
 """The same where states know walls: there searches cost more, and the bound takes more steps to rise."""
+TIED_ROUNDS = ((30, 50), (30, 100), (40, 500), *ROUTED_ROUNDS[2:])
+"""The same where a nozzle's body ties columns, too: a successor takes ten times as long, and most proofs are
+far, which narrow rounds tell soon enough.
+"""
 
 
 def exact_sees_all(search: Search) -> bool:
@@ -87,7 +91,9 @@ def exact(
         bound.start_from(known.column, known.oriented, known.best)
         bound.use_best_multipliers()
         bound.fix_states(search.cost)
-    rounds = ROUTED_ROUNDS if search.objective.routed else ROUNDS if known is None else KNOWN_ROUNDS
+    rounds = ROUNDS if known is None else KNOWN_ROUNDS
+    if search.objective.routed:
+        rounds = ROUTED_ROUNDS if search.problem.planar else TIED_ROUNDS
     turn, found_less = 0, True
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
         steps, width = rounds[min(turn, len(rounds) - 1)]
