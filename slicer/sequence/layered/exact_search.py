@@ -65,6 +65,13 @@ def _more(search: Search) -> int:
     return 1 if search.problem.planar else TIED
 
 
+def _rounds(search: Search, known: StreamedBound | None) -> tuple[tuple[int, int], ...]:
+    """Steps and widths of the rounds that suit a search."""
+    if search.objective.routed:
+        return ROUTED_ROUNDS if search.problem.planar else TIED_ROUNDS
+    return ROUNDS if known is None else KNOWN_ROUNDS
+
+
 def exact(
     search: Search, *, settle: bool = False, thrifty: bool = False, known: StreamedBound | None = None
 ) -> None:
@@ -91,9 +98,7 @@ def exact(
         bound.start_from(known.column, known.oriented, known.best)
         bound.use_best_multipliers()
         bound.fix_states(search.cost)
-    rounds = ROUNDS if known is None else KNOWN_ROUNDS
-    if search.objective.routed:
-        rounds = ROUTED_ROUNDS if search.problem.planar else TIED_ROUNDS
+    rounds = _rounds(search, known)
     turn, found_less = 0, True
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
         steps, width = rounds[min(turn, len(rounds) - 1)]

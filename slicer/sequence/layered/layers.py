@@ -72,12 +72,9 @@ def descend(
     """
     # What creates arrays counts references to every array that it touches, at an atomic instruction each:
     # most of the time, were the loops over nodes in here.
-    count = len(space.blocks.state_start) - 1
+    count = layer.state.shape[1]
     scratch = Scratch(
-        np.empty(count),
-        np.empty(count + 1),
-        np.empty(count + 1),
-        np.empty(len(space.blocks.column_size), np.int32),
+        np.empty(count), np.empty(count + 1), np.empty(count + 1), np.empty(_columns(space), np.int32)
     )
     layers, missed, nodes, generated, widest = descent
     until = generated + most
@@ -87,33 +84,56 @@ def descend(
             break
         width = limits.width if generated <= limits.enough else min(limits.width, limits.narrow)
         rebuild_table(pool, 0)
-        gathered = gather(space, layer, pool, limits, width, scratch, Gathered(0, 0, limits.cut, np.inf, 0))
-        while gathered.at < len(layer.last):
-            pool = doubled(pool, gathered.size)
+        gathered = Gathered(0, 0, limits.cut, np.inf, 0)
+        while True:
             gathered = gather(space, layer, pool, limits, width, scratch, gathered)
-        size, dropped = gathered.size, gathered.dropped
-        if limits.metric:
-            size = drop_dominated(pool, space.sheet.segments, size)
-        if size > width:
-            dropped = min(dropped, keep_best(pool, size, width)[0])
-            size = width
+            if gathered.at == len(layer.last):
+                break
+            pool = doubled(pool, gathered.size)
+        size, dropped = _choose(space, pool, limits, width, gathered)
         missed, generated, widest = min(missed, dropped), generated + gathered.generated, max(widest, size)
         sort_by_bound(pool, size, np.empty(size, np.int32))
         begin = trail.begin[layers]
         if begin + size > len(trail.last):
             trail = _longer(trail, begin, begin + size)
         before = layer
-        layer = Layer(
-            np.empty((size, count), np.int32),
-            np.empty(size, np.int32),
-            np.empty(size),
-            np.empty(size),
-            np.empty(size, np.uint64),
-        )
-        _enter(space, before.state, pool, layer, trail, begin)
+        layer = _new_layer(size, count)
+        _enter(space, before, pool, layer, trail, begin)
         layers += 1
         trail.begin[layers] = begin + size
     return layer, pool, trail, Descent(layers, missed, nodes, generated, widest)
+
+
+@inner_kernel
+def _columns(space: StateSpace) -> int:
+    """How many columns there are."""
+    return len(space.blocks.column_size)
+
+
+@inner_kernel
+def _choose(
+    space: StateSpace, pool: NodePool, limits: Limits, width: int, gathered: Gathered
+) -> tuple[int, float]:
+    """Drop what has no room in a layer: how many nodes are left, and the least bound dropped of all."""
+    size, dropped = gathered.size, gathered.dropped
+    if limits.metric:
+        size = drop_dominated(pool, space.sheet.segments, size)
+    if size > width:
+        dropped = min(dropped, keep_best(pool, size, width)[0])
+        size = width
+    return size, dropped
+
+
+@allocating_inner_kernel
+def _new_layer(size: int, count: int) -> Layer:
+    """Room for a layer of so many nodes over so many blocks."""
+    return Layer(
+        np.empty((size, count), np.int32),
+        np.empty(size, np.int32),
+        np.empty(size),
+        np.empty(size),
+        np.empty(size, np.uint64),
+    )
 
 
 @allocating_inner_kernel
@@ -127,9 +147,7 @@ def _longer(trail: Trail, used: int, needed: int) -> Trail:
 
 
 @inner_kernel
-def _enter(
-    space: StateSpace, before: NDArray[np.int32], pool: NodePool, layer: Layer, trail: Trail, begin: int
-) -> None:
+def _enter(space: StateSpace, before: Layer, pool: NodePool, layer: Layer, trail: Trail, begin: int) -> None:
     """Fill in a layer with the pool's nodes in the order of its chain, and the trail to them.
 
     The states of a node are those of its parent but for one column.
@@ -144,7 +162,7 @@ def _enter(
         layer.estimate[i] = pool.number[at, BOUND] - pool.number[at, COST]
         c = column[v >> 1]
         for k in range(layer.state.shape[1]):
-            s = before[parent, k]
+            s = before.state[parent, k]
             if blocks.home[c, 0] <= k <= blocks.home[c, 1]:
                 s = blocks.move_to[step_of(blocks, s, in_block(blocks, k, v, local[v >> 1], c) >> 1)]
             layer.state[i, k] = s

@@ -114,11 +114,11 @@ def advance(
         _begin(layout, known, beam, around)
     rebuild_table(pool, 0)
     place = _Place(span[0], 0, 0, np.inf, 0)
-    place, full = _advance(layout, known, beam, pool, around, place, span[1], width)
-    while full:
-        pool = doubled(pool, place.size)
+    while True:
         place, full = _advance(layout, known, beam, pool, around, place, span[1], width)
-    return pool, place.layer, place.generated
+        if not full:
+            return pool, place.layer, place.generated
+        pool = doubled(pool, place.size)
 
 
 @inner_kernel
