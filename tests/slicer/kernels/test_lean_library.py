@@ -128,6 +128,35 @@ def test_functions_of_others_find_what_they_need_where_no_kernel_came_first(tmp_
     assert ended.stdout.splitlines() == ["('too many', 101)", "6 False True"]
 
 
+LOADED = """
+import sys
+import numba
+from test_lean_library import total
+from slicer.kernels import kernel
+
+print(total(5))
+(library,) = [result.library for result in total.overloads.values()]
+print(library._packed is not None, library._shared_module is None)
+
+@kernel
+def twice(n):
+    return 2.0 * total(n)
+
+print(twice(5), library._packed is None)
+print([name for name in library._codegen._engine._defined_symbols if "total" in name] != [])
+"""
+
+
+def test_instructions_beside_machine_code_wait_until_a_kernel_takes_them_along(tmp_path):
+    assert total(5) == 5.0  # it is on disk now
+    (tmp_path / "loaded.py").write_text(LOADED)
+    here = os.path.dirname(__file__)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), here, *sys.path])}
+    words = [sys.executable, "-c", "import loaded"]
+    ended = subprocess.run(words, env=environment, check=True, capture_output=True, text=True)
+    assert ended.stdout.splitlines() == ["5.0", "True True", "10.0 True", "True"]
+
+
 def numbas_ways():
     generator = cpu_target.target_context.codegen()
     return generator._library_class, generator.set_env.__func__
