@@ -33,8 +33,9 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 def bare_kernel(function: Callable[P, R]) -> Callable[P, R]:
     """A ``kernel`` that allocates nothing and so counts no references to its arrays.
 
-    In a short kernel that is called millions of times the atomic counting of references takes most of
-    the time. Without numba's runtime, creating an array inside is an error at compile time.
+    Where arrays are touched millions of times, in a short kernel or in the loops of a long one, the atomic
+    counting of references takes most of the time. Without numba's runtime, creating an array inside is an
+    error at compile time.
     """
     return _compiled(function, _nrt=False)
 

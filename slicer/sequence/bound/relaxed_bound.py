@@ -14,14 +14,14 @@ from slicer.sequence.bound.tree_bound import raise_tree_bound
 from slicer.sequence.problem import Search
 from slicer.sequence.states import Section, cover, relaxed_sets
 
-ARCS = {"quick": 300_000_000, "default": 6_000_000_000, "high": 60_000_000_000}
+ARCS = {"quick": 300_000_000, "default": 6_500_000_000, "high": 60_000_000_000}
 """Travels looked at in all steps, at about 0.5 ns each."""
 STEPS = {"quick": 20, "default": 40, "high": 100}
 """Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
 MOST_STEPS = {"quick": 20, "default": 150, "high": 300}
 COUNTED_PACE = 40.0
 """``PACE`` where steep tiles are printed one after the other."""
-AT_ONCE, PER_LOOK = 12, 2
+AT_ONCE, PER_LOOK = 20, 2
 """Steps between two looks at all states, or so many times as many as take as long as a look,"""
 MOST_BETWEEN = 2_500_000_000
 """but no more than look at so many travels: the clock is asked then, too."""
