@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.np import arrayobj
 
 from slicer.kernels import machine_code, struct_values
-from slicer.kernels.lean_library import lean
+from slicer.kernels.lean_library import lean, packed
 from slicer.kernels.patch import Patch
 from slicer.kernels.typing_memo import remembered
 
@@ -66,6 +66,7 @@ def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
     _name_apart(compiled)
     _compile_once(compiled)
     _compile_quickly(compiled)
+    _keep_packed(compiled)
     return compiled
 
 
@@ -170,6 +171,17 @@ def _name_apart(compiled: Any) -> None:
     """
     kept = compiled._cache._cache_file
     kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{PROCESS}.{{number")
+
+
+def _keep_packed(compiled: Any) -> None:
+    """Let this kernel's library be kept packed, and no other one that is compiled meanwhile."""
+    save = compiled._cache.save_overload
+
+    def save_packed(signature: Any, result: Any) -> None:
+        with packed():
+            save(signature, result)
+
+    compiled._cache.save_overload = save_packed
 
 
 COLLECT_AFTER = 200_000

@@ -100,9 +100,11 @@ class LeanLibrary(codegen.JITCodeLibrary):
                     _set_environment(self._codegen, variable.name, known)
 
     def serialize_using_object_code(self) -> Any:
-        """What is kept on disk: without machine code where there is none."""
+        """What is kept on disk: without machine code where there is none, and packed for kernels alone."""
         if self._waits:
             return self.serialize_using_bitcode()
+        if not _PACKING:
+            return super().serialize_using_object_code()
         name, _, (machine_code, instructions) = super().serialize_using_object_code()
         module = self._get_module_for_linking()
         symbols = [
@@ -132,6 +134,19 @@ class InnerLibrary(LeanLibrary):
     def _optimize_functions(self, ll_module: Any) -> None:
         # All that these passes do is done again once the callees' instructions are here as well.
         ll_module.data_layout = self._codegen._data_layout
+
+
+@contextlib.contextmanager
+def packed() -> Iterator[None]:
+    """While this is open, libraries are kept so that lean ones alone can read them: for kernels of ours.
+
+    What others have kept by numba is read by numba, and may be compiled while one of our kernels is.
+    """
+    _PACKING.append(True)
+    try:
+        yield
+    finally:
+        _PACKING.pop()
 
 
 @contextlib.contextmanager
@@ -205,5 +220,6 @@ def _looks_as_expected() -> bool:
         return False
 
 
+_PACKING: list[bool] = []
 _NUMBAS_SET_ENV: Any = getattr(codegen.JITCPUCodegen, "set_env", None)
 _EXPECTED = _looks_as_expected()

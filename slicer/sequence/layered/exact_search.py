@@ -98,7 +98,7 @@ def exact(
         bound.start_from(known.column, known.oriented, known.best)
         bound.use_best_multipliers()
         bound.fix_states(search.cost)
-    rounds = _rounds(search, known)
+    rounds = _rounds(search, known if complete else None)
     turn, found_less = 0, True
     while not search.proved and budget.spent < budget.limit and not search.should_stop():
         steps, width = rounds[min(turn, len(rounds) - 1)]

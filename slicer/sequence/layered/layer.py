@@ -106,7 +106,8 @@ class Descent(NamedTuple):
     Attributes:
         layers: that there are.
         dropped: the least bound dropped.
-        nodes, generated: nodes whose successors were gathered, and these.
+        nodes, generated: nodes whose successors were gathered, and these; a search that gives up has counted
+            the layer that it would have gone on from.
         widest: the most nodes of a layer.
     """
 

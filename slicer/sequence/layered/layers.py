@@ -84,7 +84,10 @@ def descend(
             break
         width = limits.width if generated <= limits.enough else min(limits.width, limits.narrow)
         rebuild_table(pool, 0)
-        gathered = Gathered(0, 0, limits.cut, np.inf, 0)
+        # Of nodes that may dominate each other more are gathered before the worst are dropped. A narrow layer
+        # after wide ones does without: what each time takes depends on the pool.
+        room = 4 * width if limits.metric else width + max(width // 4, len(pool.table) // 16)
+        gathered = Gathered(0, 0, limits.cut, np.inf, 0, room)
         while True:
             gathered = gather(space, layer, pool, limits, width, scratch, gathered)
             if gathered.at == len(layer.last):

@@ -27,7 +27,7 @@ class NodePool(NamedTuple):
         number: float64 (m, 2), cost so far and lower bound.
         key: uint64 (m,), a hash of what is printed.
         spare: float64 (m,), scratch.
-        chain: int32 (m,), scratch.
+        chain: int32 (m,), scratch, and the numbers of nodes in the order of ``sort_by_bound``.
         table: int32 (2m,), nodes by hash of key and last toolpath, or ``NONE``; 2m is a power of two.
     """
 

@@ -25,6 +25,7 @@ class Gathered(NamedTuple):
         cut: nodes whose bound is above it are dropped.
         dropped: the least bound dropped.
         generated: successors looked at.
+        room: with more nodes in the pool than this the worst are dropped.
     """
 
     at: int
@@ -32,6 +33,7 @@ class Gathered(NamedTuple):
     cut: float
     dropped: float
     generated: int
+    room: int
 
 
 class Scratch(NamedTuple):
@@ -68,10 +70,7 @@ def gather(
     segments, column, local, distant, cost_model = sheet
     tied, allowed = len(distant.path) > 0, blocks.allowed
     highest = limits.cut
-    first, size, cut, dropped, generated = gathered
-    # Of nodes that may dominate each other more are gathered before the worst are dropped.
-    # A narrow layer after wide ones does without: what each time takes depends on the pool.
-    room = 4 * width if limits.metric else width + max(width // 4, len(pool.table) // 16)
+    first, size, cut, dropped, generated, room = gathered
     old, passed, ahead, printed = scratch
     for i in range(first, len(layer.last)):
         before = generated
@@ -125,7 +124,7 @@ def gather(
                             cost = layer.cost[i] + (direct if over == FREE else over)
                     if cost + estimate <= cut:
                         if size == len(pool.key):
-                            return Gathered(i, size, cut, dropped, before)
+                            return Gathered(i, size, cut, dropped, before, room)
                         key = layer.key[i] ^ scrambled(path + 1)
                         size = insert(pool, size, key, 2 * path + f, i, cost, cost + estimate)
                     elif cost + estimate <= highest:
@@ -135,7 +134,7 @@ def gather(
             least, cut = keep_best(pool, size, width)
             size, dropped = width, min(dropped, least)
             rebuild_table(pool, size)
-    return Gathered(len(layer.last), size, cut, dropped, generated)
+    return Gathered(len(layer.last), size, cut, dropped, generated, room)
 
 
 @inner_kernel

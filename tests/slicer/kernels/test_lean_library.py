@@ -137,13 +137,13 @@ from slicer.kernels import kernel
 print(total(5))
 (library,) = [result.library for result in total.overloads.values()]
 print(library._packed is not None, library._shared_module is None)
+print([name for name in library._codegen._engine._defined_symbols if "total" in name] != [])
 
 @kernel
 def twice(n):
     return 2.0 * total(n)
 
 print(twice(5), library._packed is None)
-print([name for name in library._codegen._engine._defined_symbols if "total" in name] != [])
 """
 
 
@@ -154,7 +154,36 @@ def test_instructions_beside_machine_code_wait_until_a_kernel_takes_them_along(t
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), here, *sys.path])}
     words = [sys.executable, "-c", "import loaded"]
     ended = subprocess.run(words, env=environment, check=True, capture_output=True, text=True)
-    assert ended.stdout.splitlines() == ["5.0", "True True", "10.0 True", "True"]
+    assert ended.stdout.splitlines() == ["5.0", "True True", "True", "10.0 True"]
+
+
+FOREIGN = """
+import numba
+
+@numba.njit(cache=True)
+def foreign(n):
+    return 2 * n + 1
+"""
+OURS = """
+from foreign import foreign
+from slicer.kernels import kernel
+
+@kernel
+def calling(n):
+    return foreign(n)
+"""
+
+
+def test_what_others_keep_is_read_by_numba_alone(tmp_path):
+    """A cached function of somebody else's, compiled since a kernel calls it, then without us."""
+    (tmp_path / "foreign.py").write_text(FOREIGN)
+    (tmp_path / "ours.py").write_text(OURS)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    for script in ("import ours; print(ours.calling(3))", "import foreign; print(foreign.foreign(3))"):
+        words = [sys.executable, "-c", script]
+        ended = subprocess.run(words, env=environment, check=True, capture_output=True, text=True)
+        assert ended.stdout == "7\n"
+    assert list((tmp_path / "__pycache__").glob("foreign.foreign-*.nbc"))
 
 
 def numbas_ways():

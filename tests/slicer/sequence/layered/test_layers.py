@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from calling import from_python
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,7 +14,14 @@ from slicer.kernels import kernel
 from slicer.sequence import Problem
 from slicer.sequence.bound import step_lengths
 from slicer.sequence.construct import start_along_levels
-from slicer.sequence.layered import layered_search, node_pool, streamed_beam, streamed_layers, successors
+from slicer.sequence.layered import (
+    layered_search,
+    layers,
+    node_pool,
+    streamed_beam,
+    streamed_layers,
+    successors,
+)
 from slicer.sequence.layered.bounded_search import bound_around
 from slicer.sequence.layered.layered_search import search_layers
 from slicer.sequence.layered.node_pool import BOUND, new_pool, sort_by_bound
@@ -73,6 +81,30 @@ def test_a_search_gives_up_beyond_its_nodes():
     assert whole.nodes // 2 < given_up.nodes <= whole.nodes // 2 + 100
     assert given_up.lower_bound == bound.bound
     assert search_layers(search, bound, search.cost, 100, most_nodes=whole.nodes).finished
+
+
+def test_what_was_dropped_stays_known_where_the_pool_is_full(monkeypatch):
+    """Else the search would claim that nothing was missed, and prove what is not."""
+    search, bound = bounded(Objective())
+    arguments = []
+
+    def first(*args):
+        arguments.extend(args)
+        return layers.descend(*args)
+
+    monkeypatch.setattr(layered_search, "descend", first)
+    search_layers(search, bound, search.cost, 300)
+    space, layer, _, _, limits = arguments[:5]
+    monkeypatch.setattr(node_pool, "FIRST_CAPACITY", 2)
+    pool, columns = new_pool(), int(space.sheet.column.max()) + 1
+    blocks = layer.state.shape[1]
+    scratch = successors.Scratch(
+        np.empty(blocks), np.empty(blocks + 1), np.empty(blocks + 1), np.empty(columns, np.int32)
+    )
+    before = successors.Gathered(0, 0, limits.cut, 5.0, 7, 1200)
+    after = from_python(successors.gather)(space, layer, pool, limits, 300, scratch, before)
+    assert after == before._replace(at=after.at, size=2, generated=after.generated)
+    assert after.at < len(layer.last)
 
 
 def test_a_beam_does_not_depend_on_the_room_of_its_pool(monkeypatch):
