@@ -15,9 +15,8 @@ from slicer.sequence.bound.ends import Ends, find_ends
 from slicer.sequence.bound.nearby import PACE, Climbed, near_states, nearby
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, block_costs
-from slicer.sequence.bound.pair_dp import bound_by_start
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
-from slicer.sequence.bound.subgradient_ascent import Ascent, ascend, begin_ascent
+from slicer.sequence.bound.subgradient_ascent import Ascent, ascend, begin_ascent, bound_at
 from slicer.sequence.states import (
     COUNTED,
     OUTSIDE,
@@ -187,7 +186,7 @@ class PairBound:
         far = max(0.0, -self.bound) if np.isfinite(self.bound) else 0.0  # from where it should be at least
         value = self.value if whole else np.empty(blocks.value_start[-1])
         scaled = (max(target, LEAST_COST) + far) * lengths
-        at_rest = ascend(blocks, costs, ends, self._ascent, self.paid, value, scaled)
+        at_rest, _ = ascend(blocks, costs, ends, self._ascent, self.paid, value, scaled)
         found = float(self._ascent.bound[0])
         bound = found if whole else float(self._evaluate(self._ascent.best).min())
         if bound > self.bound:
@@ -207,7 +206,7 @@ class PairBound:
             value: room for those of ``climbed``.
         """
         blocks, costs, ends = self.climbed
-        bound_by_start(blocks, costs, ends, multipliers, self.paid, value)
+        bound_at(blocks, costs, ends, multipliers, self.paid, value)
         lost = np.zeros(blocks.blocks)
         for side in range(OUTSIDE):
             near = value[blocks.value_start[blocks.state_start[:-1]] + side]
@@ -231,7 +230,7 @@ class PairBound:
 
     def _evaluate(self, multipliers: NDArray[np.float64]) -> NDArray[np.float64]:
         """The bound by start at some multipliers, with what is paid there and the values."""
-        return bound_by_start(self.blocks, self.block_costs, self.ends, multipliers, self.paid, self.value)
+        return bound_at(self.blocks, self.block_costs, self.ends, multipliers, self.paid, self.value)
 
     def fix_states(self, cut: float) -> None:
         """Leave out the states that no sequence below ``cut`` passes through.

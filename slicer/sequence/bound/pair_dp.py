@@ -7,7 +7,7 @@ nozzle is what printing the rest of the block costs at least.
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
 from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, detour_row
@@ -15,7 +15,7 @@ from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
 
-@kernel
+@allocating_inner_kernel
 def bound_by_start(
     blocks: Blocks,
     block_costs: BlockCosts,

@@ -71,8 +71,13 @@ def ascend(
     paid: Paid,
     value: NDArray[np.float64],
     lengths: NDArray[np.float64],
-) -> bool:
-    """Take steps along a moving average of subgradients; whether walks agree, and there is nowhere to go.
+) -> tuple[bool, NDArray[np.float64]]:
+    """Take steps along a moving average of subgradients; without any, only look at where it is.
+
+    Python calls this one alone: the dynamic programme takes a second to compile, and once is enough.
+
+    Returns:
+        whether walks agree, and there is nowhere to go; and float64 (k,), what ``bound_by_start`` gave last.
 
     Args:
         ascent: where it is, carried between calls.
@@ -81,8 +86,10 @@ def ascend(
     """
     multipliers, best, direction, best_bound = ascent
     subgradient = np.empty(len(multipliers))
-    for length in lengths:
+    for k in range(max(1, len(lengths))):
         by_start = bound_by_start(blocks, block_costs, ends, multipliers, paid, value)
+        if len(lengths) == 0:
+            break
         start = 0
         for t in range(len(by_start)):
             if by_start[t] < by_start[start]:
@@ -99,10 +106,23 @@ def ascend(
             norm += direction[t] * direction[t]
             own += subgradient[t] * subgradient[t]
         if own < NOWHERE:
-            return True
+            return True, by_start
         if norm < NOWHERE:
             continue
-        step = (1.0 - MOMENTUM) * length / norm
+        step = (1.0 - MOMENTUM) * lengths[k] / norm
         for t in range(len(subgradient)):
             multipliers[t] += step * direction[t]
-    return False
+    return False, by_start
+
+
+def bound_at(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    ends: Ends,
+    multipliers: NDArray[np.float64],
+    paid: Paid,
+    value: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """What ``bound_by_start`` gives at some multipliers, which stay as they are."""
+    here = Ascent(multipliers, multipliers, multipliers, np.empty(1))
+    return ascend(blocks, block_costs, ends, here, paid, value, np.empty(0))[1]
