@@ -41,6 +41,8 @@ Up to 5 times the mean it takes three times as long to price them, on muscle_us_
 """
 LOST = 0.05
 """The part of the gap by which all states may bring down a bound among some, before more are looked at."""
+HARDLY_FEWER = 0.9
+"""With more of all travels left, states that could be left out stay."""
 LOSES = 0.05
 """A block that has this part of what all lose by that is among those where more are looked at."""
 
@@ -236,7 +238,7 @@ class PairBound:
         """Leave out the states that no sequence below ``cut`` passes through.
 
         ``use_best_multipliers`` comes before. From then on the bound holds for the sequences below ``cut``
-        alone.
+        alone. Where these are hardly any, all stay: their graph takes as long to make as some steps.
         """
         least = bound_through_states(
             self.blocks, self.block_costs, self.ends, self.paid, self.value, self.by_start
@@ -244,6 +246,8 @@ class PairBound:
         # However close the cut is, the walks that give the bound itself must survive rounding.
         keep = least <= max(cut, self.bound + RELATIVE_EPS * abs(self.bound))
         keep[self.blocks.state_start[:-1]] = True
+        if self.blocks.arcs_at[keep].sum() > HARDLY_FEWER * self.blocks.arcs:
+            return
         among = self.blocks.among(keep, self.sets)
         before, self.blocks = self.blocks, connect(self.section, self.sets, self.blocks.bounds, among)
         start, detour = still_there(before, self.block_costs, self.blocks)
