@@ -10,9 +10,8 @@ from typing import Any
 import profiles
 from studies import Vocabulary
 from studies.design import Check
-from vslice.options import with_nozzle
+from vslice.options import METHOD_NAMES, with_nozzle
 
-METHOD_NAMES = ("auto", "exact", "beam", "local", "multistart", "mcts", "aco", "greedy")
 CALL = "vslice.experiment:experiment"
 """By what name workers find it."""
 

@@ -10,6 +10,8 @@ from click.core import ParameterSource
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
+METHOD_NAMES = ("auto", "exact", "beam", "local", "multistart", "mcts", "aco", "greedy")
+"""Those of ``METHODS`` in ``slicer/sequence/solve.py``, which light commands do not import."""
 MOST_SEED = 2**64 - 1
 MOST_WORKERS = 1_000_000
 

@@ -11,6 +11,7 @@ from vslice.compiling import compiling
 from vslice.options import (
     IGNORED,
     IGNORED_STRAIGHT,
+    METHOD_NAMES,
     MOST_SEED,
     MOST_WORKERS,
     effort_option,
@@ -60,7 +61,7 @@ if TYPE_CHECKING:  # it imports all that is heavy
     default="auto",
     show_default=True,
     metavar="METHOD",
-    help="How the toolpaths are ordered: auto, exact, beam, local, multistart, mcts, aco or greedy.",
+    help=f"How the toolpaths are ordered: {', '.join(METHOD_NAMES[:-1])} or {METHOD_NAMES[-1]}.",
 )
 @effort_option
 @objective_option("time")

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from slicer.kernels import allocating_inner_kernel, inner_kernel
 from slicer.sequence.bound.ends import Ends
+from slicer.sequence.bound.lagrangian_costs import apply_multipliers
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
-from slicer.sequence.bound.pair_costs import BlockCosts, apply_multipliers, detour_row
+from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
 from slicer.sequence.bound.visits import charge_visits, settle_visits
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
 

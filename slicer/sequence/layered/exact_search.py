@@ -73,13 +73,14 @@ def _rounds(search: Search, known: StreamedBound | None) -> tuple[tuple[int, int
 
 
 def exact(
-    search: Search, *, settle: bool = False, thrifty: bool = False, known: StreamedBound | None = None
+    search: Search, *, stop_when_near: bool = False, thrifty: bool = False, known: StreamedBound | None = None
 ) -> None:
     """Prove the optimum if the effort is enough, and offer the best sequence in any case.
 
     With what is ``known`` of straight travel it begins where that bound has come to.
 
-    With ``settle`` it ends where a search finds nothing better and little is left to gain, but no proof near.
+    With ``stop_when_near`` it ends where a search finds nothing better and little is left to gain, but no proof
+    is near.
     With ``thrifty`` it ends where the bound comes to rest far from a proof, and half of what it leaves would
     not win back the seconds of another round.
 
@@ -134,7 +135,7 @@ def exact(
         search.report("search")
         found_less = search.cost < least or narrow
         far = search.lower_bound < (1.0 - NEARLY) * search.cost
-        if settle and not found_less and search.near_enough and far:
+        if stop_when_near and not found_less and search.near_enough and far:
             break
         # Searches raise the bound, too.
         risen = search.lower_bound > known_before + STANDSTILL * (search.cost - known_before)

@@ -100,7 +100,7 @@ class Trail(NamedTuple):
     begin: NDArray[np.int64]
 
 
-class Descent(NamedTuple):
+class Seen(NamedTuple):
     """What a search has seen so far.
 
     Attributes:

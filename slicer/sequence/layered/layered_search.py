@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.bound import PairBound
-from slicer.sequence.layered.layer import Descent, Layer, Limits, Sheet, StateSpace, Trail
-from slicer.sequence.layered.layers import descend, first_layer
+from slicer.sequence.layered.layer import Layer, Limits, Seen, Sheet, StateSpace, Trail
+from slicer.sequence.layered.layers import expand_layers, first_layer
 from slicer.sequence.layered.node_pool import new_pool
 from slicer.sequence.problem import Search
 from slicer.sequence.states import NONE, needs, out_of_reach, sets_of_states
@@ -75,20 +75,16 @@ def search_layers(
     layer = first_layer(space, bound.ends.starts)
     trail = _first_trail(layer, section.n)
     limits = Limits(below, width, metric, enough, NARROW, most_nodes)
-    pool, descent = new_pool(), Descent(1, np.inf, 0, 0, 0)
-    while descent.layers < section.n and len(layer.last):
-        if descent.nodes > most_nodes or search.should_stop():
-            return LayeredSearch(
-                None, np.inf, bound.bound, descent.nodes, descent.generated, descent.widest, False
-            )
-        layer, pool, trail, descent = descend(space, layer, pool, trail, limits, descent, BETWEEN)
+    pool, seen = new_pool(), Seen(1, np.inf, 0, 0, 0)
+    while seen.layers < section.n and len(layer.last):
+        if seen.nodes > most_nodes or search.should_stop():
+            return LayeredSearch(None, np.inf, bound.bound, seen.nodes, seen.generated, seen.widest, False)
+        layer, pool, trail, seen = expand_layers(space, layer, pool, trail, limits, seen, BETWEEN)
     oriented, cost = None, np.inf
     if len(layer.last):
         at = int(np.argmin(layer.cost))
         oriented, cost = _walked(trail, section.n, at), float(layer.cost[at])
-    return LayeredSearch(
-        oriented, cost, descent.dropped, descent.nodes, descent.generated, descent.widest, True
-    )
+    return LayeredSearch(oriented, cost, seen.dropped, seen.nodes, seen.generated, seen.widest, True)
 
 
 def _first_trail(layer: Layer, n: int) -> Trail:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import allocating_inner_kernel, bare_kernel, inner_kernel, kernel
-from slicer.sequence.layered.layer import Descent, Layer, Limits, Sheet, StateSpace, Trail
+from slicer.sequence.layered.layer import Layer, Limits, Seen, Sheet, StateSpace, Trail
 from slicer.sequence.layered.node_pool import (
     BOUND,
     COST,
@@ -63,9 +63,9 @@ def _begin(
 
 
 @kernel
-def descend(
-    space: StateSpace, layer: Layer, pool: NodePool, trail: Trail, limits: Limits, descent: Descent, most: int
-) -> tuple[Layer, NodePool, Trail, Descent]:
+def expand_layers(
+    space: StateSpace, layer: Layer, pool: NodePool, trail: Trail, limits: Limits, seen: Seen, most: int
+) -> tuple[Layer, NodePool, Trail, Seen]:
     """Search layer after layer.
 
     It ends with the last layer, at an empty one, beyond ``most_nodes``, or after ``most`` more successors.
@@ -76,7 +76,7 @@ def descend(
     scratch = Scratch(
         np.empty(count), np.empty(count + 1), np.empty(count + 1), np.empty(_columns(space), np.int32)
     )
-    layers, missed, nodes, generated, widest = descent
+    layers, missed, nodes, generated, widest = seen
     until = generated + most
     while layers < len(trail.begin) - 1 and len(layer.last) > 0 and generated < until:
         nodes += len(layer.last)
@@ -104,7 +104,7 @@ def descend(
         _enter(space, before, pool, layer, trail, begin)
         layers += 1
         trail.begin[layers] = begin + size
-    return layer, pool, trail, Descent(layers, missed, nodes, generated, widest)
+    return layer, pool, trail, Seen(layers, missed, nodes, generated, widest)
 
 
 @inner_kernel

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from slicer.sequence.bound import StreamedBound, climb, open_streamed_bound
 from slicer.sequence.construct import start_along_levels
 from slicer.sequence.layered.node_pool import new_pool
-from slicer.sequence.layered.streamed_layers import REACH, advance, best_of, new_beam
+from slicer.sequence.layered.streamed_layers import REACH, advance
+from slicer.sequence.layered.streamed_nodes import best_of, new_beam
 from slicer.sequence.problem import Search
 
 Widths = tuple[tuple[int, float], ...]

@@ -23,31 +23,12 @@ from slicer.sequence.layered.node_pool import (
     keep_best,
     rebuild_table,
 )
+from slicer.sequence.layered.streamed_nodes import Beam
 from slicer.sequence.problem import scrambled
 from slicer.sequence.states import NONE
 
 REACH = 8
 """Columns to either side of the nozzle where successors are looked for first; all, if there are none."""
-
-
-class Beam(NamedTuple):
-    """The nodes of the layer that a beam has come to, and how it came to all before.
-
-    Attributes:
-        state: int32 (2, w, c), the down-set of each column, of this layer and room for the next.
-        key: uint64 (w,), a hash of what is printed.
-        cost: float64 (w,), of the travels so far, in mm.
-        rest: float64 (w,), the sum of the pairs' values: about so much is to come.
-        parent, last: int32 (n, w), of the nodes of every layer, the best first: the node before, and the
-            oriented toolpath; ``NONE`` beyond the nodes that there are.
-    """
-
-    state: NDArray[np.int32]
-    key: NDArray[np.uint64]
-    cost: NDArray[np.float64]
-    rest: NDArray[np.float64]
-    parent: NDArray[np.int32]
-    last: NDArray[np.int32]
 
 
 class Around(NamedTuple):
@@ -59,25 +40,6 @@ class Around(NamedTuple):
 
     passed: NDArray[np.float64]
     ahead: NDArray[np.float64]
-
-
-def new_beam(layout: Layout, starts: list[tuple[int, int, int, int]], width: int) -> Beam:
-    """A beam whose first layer are some starts, each (oriented toolpath, column, down-set, place)."""
-    n, columns = int(layout.begin[-1]), len(layout.begin) - 1
-    width = max(width, len(starts))
-    beam = Beam(
-        np.empty((2, width, columns), np.int32),
-        np.empty(width, np.uint64),
-        np.zeros(width),
-        np.zeros(width),
-        np.full((n, width), NONE, np.int32),
-        np.full((n, width), NONE, np.int32),
-    )
-    for k, (u, column, to, _) in enumerate(starts):
-        beam.state[0, k] = layout.set_start[:-1]
-        beam.state[0, k, column] = to
-        beam.last[0, k] = u
-    return beam
 
 
 class _Place(NamedTuple):
@@ -107,7 +69,7 @@ def advance(
         (the pool, the layer it has come to, the successors generated): an earlier layer where nothing of it
         has a successor among the states that are looked at.
     """
-    # No loop over nodes in here, see ``descend``.
+    # No loop over nodes in here, see ``expand_layers``.
     columns = len(layout.begin) - 1
     around = Around(np.empty(columns + 1), np.empty(columns + 1))
     if span[0] == 0:
@@ -287,15 +249,3 @@ def _enter(layout: Layout, beam: Beam, pool: NodePool, size: int, at: int) -> No
         a = pool.chain[q]
         beam.key[q], beam.cost[q] = pool.key[a], pool.number[a, COST]
         beam.rest[q] = pool.number[a, BOUND] - pool.number[a, COST]
-
-
-def best_of(beam: Beam) -> NDArray[np.int32]:
-    """int32 (n,), the oriented toolpaths of the cheapest node of a beam that has come to the end."""
-    n = len(beam.last)
-    here = beam.last[n - 1] != NONE
-    at = int(np.argmin(np.where(here, beam.cost, np.inf)))
-    oriented = np.empty(n, np.int32)
-    for layer in range(n - 1, -1, -1):
-        oriented[layer] = beam.last[layer, at]
-        at = int(beam.parent[layer, at])
-    return oriented

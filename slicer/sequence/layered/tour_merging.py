@@ -1,4 +1,4 @@
-"""Splice: cross several sequences wherever they have printed the same, and keep the best sections.
+"""Tour merging: cross several sequences wherever they have printed the same, and keep the best sections.
 
 What is printed after p toolpaths is all that the rest of a sequence depends on. Where two sequences have
 printed the same set, either may go on as the other does, at the price of the one travel from the last

@@ -94,7 +94,7 @@ def _stages(search: Search) -> bool:
         routed = search.objective.routed
         if known is not None or _provable(search):
             tied = routed and not search.problem.planar
-            exact(search, settle=routed and n > PROVE_FULLY_UP_TO, thrifty=tied, known=known)
+            exact(search, stop_when_near=routed and n > PROVE_FULLY_UP_TO, thrifty=tied, known=known)
         else:
             beam(search)
         if search.proved:

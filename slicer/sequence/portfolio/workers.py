@@ -1,4 +1,4 @@
-"""Several processes at once, each with a seed of its own; what they find is spliced.
+"""Several processes at once, each with a seed of its own; what they find is merged.
 
 Each has a pipe, through which it gets its search and tells of every better sequence. So nothing that it has
 told is lost when it is ended, and it is ended when the time limit has passed, on Ctrl-C, and when the parent

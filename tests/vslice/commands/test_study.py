@@ -10,7 +10,8 @@ import pytest
 from slicer import sequence
 from slicer.generate import random_walk
 from slicer.hatch import hatch
-from vslice.experiment import DEFAULTS, FIGURES, METHOD_NAMES, experiment
+from vslice.experiment import DEFAULTS, FIGURES, experiment
+from vslice.options import METHOD_NAMES
 from vslice.printable import problem_of
 
 SMALL = """

@@ -90,9 +90,9 @@ def test_what_was_dropped_stays_known_where_the_pool_is_full(monkeypatch):
 
     def first(*args):
         arguments.extend(args)
-        return layers.descend(*args)
+        return layers.expand_layers(*args)
 
-    monkeypatch.setattr(layered_search, "descend", first)
+    monkeypatch.setattr(layered_search, "expand_layers", first)
     search_layers(search, bound, search.cost, 300)
     space, layer, _, _, limits = arguments[:5]
     monkeypatch.setattr(node_pool, "FIRST_CAPACITY", 2)

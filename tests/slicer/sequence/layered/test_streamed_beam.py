@@ -17,7 +17,8 @@ from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered import exact, streamed_beam, streamed_beams
 from slicer.sequence.layered.node_pool import new_pool
-from slicer.sequence.layered.streamed_layers import advance, best_of, new_beam
+from slicer.sequence.layered.streamed_layers import advance
+from slicer.sequence.layered.streamed_nodes import best_of, new_beam
 from slicer.sequence.portfolio import automatic
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.search import Search
