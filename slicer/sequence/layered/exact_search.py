@@ -79,8 +79,8 @@ def exact(
 
     With what is ``known`` of straight travel it begins where that bound has come to.
 
-    With ``stop_when_near`` it ends where a search finds nothing better and little is left to gain, but no proof
-    is near.
+    With ``stop_when_near`` it ends where a search finds nothing better and little is left to gain, but no
+    proof is near.
     With ``thrifty`` it ends where the bound comes to rest far from a proof, and half of what it leaves would
     not win back the seconds of another round.
 
