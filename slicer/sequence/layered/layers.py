@@ -109,7 +109,7 @@ def expand_layers(
 
 @inner_kernel
 def _columns(space: StateSpace) -> int:
-    """How many columns there are; the kernel that allocates would take out all arrays of the blocks for it."""
+    """How many columns there are; a kernel that allocates would take out all arrays of the blocks for it."""
     return len(space.blocks.column_size)
 
 
