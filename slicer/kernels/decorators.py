@@ -2,6 +2,7 @@
 
 import contextlib
 import gc
+import pickle
 import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -64,6 +65,7 @@ def _compiled(function: Callable[P, R], **flags: Any) -> Callable[P, R]:
     finally:
         config.CACHE_LOCATOR_CLASSES = before
     _name_apart(compiled)
+    _outlive_other_sources(compiled)
     _compile_once(compiled)
     _compile_quickly(compiled)
     _keep_packed(compiled)
@@ -171,6 +173,24 @@ def _name_apart(compiled: Any) -> None:
     """
     kept = compiled._cache._cache_file
     kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{PROCESS}.{{number")
+
+
+def _outlive_other_sources(compiled: Any) -> None:
+    """Take a list of kept code that cannot be read for an empty one.
+
+    It names the classes of arguments, and other sources may have had some that are gone: numba would fail
+    before it sees by the stamp that the code is theirs.
+    """
+    kept = compiled._cache._cache_file
+    load = kept._load_index
+
+    def load_index() -> Any:
+        try:
+            return load()
+        except (ImportError, AttributeError, EOFError, pickle.UnpicklingError):
+            return {}
+
+    kept._load_index = load_index
 
 
 def _keep_packed(compiled: Any) -> None:

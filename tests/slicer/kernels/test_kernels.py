@@ -76,6 +76,23 @@ def test_a_kernel_follows_what_it_calls(package):
     assert package.run()[0] == [20, 2, 2.0]
 
 
+def test_code_of_sources_whose_classes_are_gone_is_made_anew(package):
+    """What is kept names the classes of arguments, and cannot be read without them."""
+    kind = "from typing import NamedTuple\nclass Pair(NamedTuple):\n    first: int\n"
+    caller = (package.package / "caller.py").read_text().replace("other(1.0)", "other(1.0), of(Pair(7))")
+    caller = caller.replace(
+        "kept = is", "@kernel\ndef of(pair):\n    return pair.first\n\nis_kept(of)\nkept = is"
+    )
+    for name in ("kinds", "sorts"):
+        (package.package / f"{name}.py").write_text(kind)
+        (package.package / "caller.py").write_text(
+            caller.replace("import json", f"import json; from kernelpackage.{name} import Pair", 1)
+        )
+        assert package.run()[0] == [10, 2, 2.0, 7]
+        assert package.run() == ([10, 2, 2.0, 7], True, 0)
+        (package.package / f"{name}.py").unlink()
+
+
 def test_touching_moving_and_copying_compile_nothing(package, tmp_path):
     package.run()
     for source in package.package.glob("*.py"):
