@@ -5,9 +5,41 @@ from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
 from slicer.sequence.bound.jumps import price_jumps
-from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid
+from slicer.sequence.bound.paid import Moved, Paid
 from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.states import Blocks
+
+
+def room_to_pay(blocks: Blocks, block_costs: BlockCosts) -> Paid:
+    """Room for what blocks pay, with what they pay for travels inside columns until some multiplier moves."""
+    arc = block_costs.direct.copy()
+    seams = np.diff(block_costs.pair_start) > 0
+    for k in range(blocks.blocks):
+        stride = 2 * int(blocks.path_start[k + 1] - blocks.path_start[k])
+        travels = arc[block_costs.arc_start[k] : block_costs.arc_start[k + 1]].reshape(stride, stride)
+        for c in (int(blocks.bounds[k]), int(blocks.bounds[k + 1])):
+            if seams[c]:
+                low = 2 * int(blocks.column_start[c] - blocks.column_start[blocks.bounds[k]])
+                own = slice(low, low + 2 * int(blocks.column_size[c]))
+                travels[own, own] *= 0.5
+    pairs = int(block_costs.pair_start[-1])
+    moved = Moved(
+        np.zeros(1, np.int64),
+        np.empty(pairs, np.int64),
+        np.empty((pairs, 2), np.int64),
+        np.zeros(pairs, np.bool_),
+    )
+    return Paid(
+        arc,
+        np.zeros_like(block_costs.ways),
+        np.zeros(len(blocks.path)),
+        moved,
+        np.empty_like(block_costs.ways),
+        np.empty_like(block_costs.ways),
+        np.empty_like(block_costs.ways),
+        np.empty((4, blocks.down_sets)),
+        np.empty_like(block_costs.price_at),
+    )
 
 
 @inner_kernel
@@ -18,8 +50,7 @@ def apply_multipliers(
     paid: Paid,
 ) -> None:
     """What each block pays at these multipliers, into ``paid``."""
-    arc, ways = paid.arc, paid.ways
-    count = len(blocks.state_start) - 1
+    arc, ways, moved = paid.arc, paid.ways, paid.moved
     for way in range(4):
         for at in range(ways.shape[1]):
             ways[way, at] = block_costs.ways[way, at]
@@ -27,36 +58,52 @@ def apply_multipliers(
                 ways[way, at] += block_costs.price_sign[way, at] * multipliers[block_costs.price_at[way, at]]
             paid.least[way, at] = paid.most[way, at] = ways[way, at]
     price_jumps(blocks, block_costs.jumps, block_costs.ways, multipliers, paid)
+    for t in range(moved.known[0]):
+        share = multipliers[moved.multiplier[t]]
+        last, first = moved.travel[t]
+        arc[last] = 0.5 * block_costs.direct[last] + share
+        arc[first] = 0.5 * block_costs.direct[first] - share
     prices = multipliers[block_costs.pair_start[-1] : block_costs.visits].reshape(4, -1)
-    for k in range(count):
-        low, high = 2 * blocks.path_start[k], 2 * blocks.path_start[k + 1]
-        left, right = blocks.bounds[k], blocks.bounds[k + 1]
-        first = 0
-        for from_column in range(left, right + 1):
-            last = first + 2 * blocks.column_size[from_column]
-            pairs = block_costs.pair_start[from_column]
-            from_seam = block_costs.pair_start[from_column + 1] > pairs
-            sign = 1.0 if from_column == right else -1.0
-            for a in range(first, last):
-                row = block_costs.arc_start[k] + a * (high - low)
-                u = 2 * blocks.path[(low + a) >> 1] + (a & 1)
-                out_left = prices[LEAVE_LEFT, u] if from_seam else 0.0
-                out_right = prices[LEAVE_RIGHT, u] if from_seam else 0.0
-                b = 0
-                for to_column in range(left, right + 1):
-                    to_seam = block_costs.pair_start[to_column + 1] > block_costs.pair_start[to_column]
-                    way = ENTER_LEFT if to_column > from_column else ENTER_RIGHT
-                    out = out_right if to_column > from_column else out_left
-                    for _ in range(2 * blocks.column_size[to_column]):
-                        cost = block_costs.direct[row + b]
-                        if from_column != to_column:
-                            v = 2 * blocks.path[(low + b) >> 1] + (b & 1)
-                            cost -= out + (prices[way, v] if to_seam else 0.0)
-                        elif from_seam:
-                            cost = (
-                                0.5 * cost
-                                + sign * multipliers[pairs + (a - first) * (last - first) + b - first]
-                            )
-                        arc[row + b] = cost
-                        b += 1
-            first = last
+    for k in range(len(blocks.state_start) - 1):
+        at = 2 * blocks.path_start[k]
+        for c in range(blocks.bounds[k], blocks.bounds[k + 1] + 1):
+            seam = block_costs.pair_start[c + 1] > block_costs.pair_start[c]
+            for _ in range(2 * blocks.column_size[c]):
+                if seam:
+                    for way in range(4):
+                        paid.price[way, at] = prices[way, 2 * blocks.path[at >> 1] + (at & 1)]
+                at += 1
+    if block_costs.visits < block_costs.visits_end:
+        for at in range(len(paid.visit)):
+            paid.visit[at] = multipliers[block_costs.visits + at]
+
+
+@inner_kernel
+def note_all_moved(
+    blocks: Blocks, block_costs: BlockCosts, multipliers: NDArray[np.float64], moved: Moved
+) -> None:
+    """Enter all travels whose multipliers are not 0."""
+    at = 0
+    for c in range(len(blocks.column_size)):
+        if block_costs.pair_start[c + 1] == at:
+            continue
+        for u in range(2 * blocks.column_size[c]):
+            for v in range(2 * blocks.column_size[c]):
+                if multipliers[at] != 0.0 and not moved.is_known[at]:
+                    note_moved(blocks, block_costs, moved, c, u, v)
+                at += 1
+
+
+@inner_kernel
+def note_moved(blocks: Blocks, block_costs: BlockCosts, moved: Moved, column: int, u: int, v: int) -> None:
+    """Enter a travel that was not known, between two of a seam column's own oriented toolpaths."""
+    at = block_costs.pair_start[column] + u * 2 * blocks.column_size[column] + v
+    moved.is_known[at] = True
+    count = moved.known[0]
+    moved.known[0] = count + 1
+    moved.multiplier[count] = at
+    for side in range(2):
+        k = blocks.home[column, side]
+        first = 2 * (blocks.column_start[column] - blocks.column_start[blocks.bounds[k]])
+        stride = 2 * (blocks.path_start[k + 1] - blocks.path_start[k])
+        moved.travel[count, side] = block_costs.arc_start[k] + (first + u) * stride + first + v

@@ -11,11 +11,34 @@ LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
 """Ways out of a block and into it."""
 
 
+class Moved(NamedTuple):
+    """The travels inside seam columns whose multipliers some walk has moved; those of all others are 0.
+
+    They are few of all, and so a step looks at these alone.
+
+    Attributes:
+        known: int64 (1,), how many there are.
+        multiplier: int64 (m,), their multipliers; room for those of all travels.
+        travel: int64 (m, 2), their numbers in ``BlockCosts.direct``, in the block that has the column as its
+            last one, and in the block that has it as its first.
+        is_known: bool (m,), for each multiplier whether it is among them.
+    """
+
+    known: NDArray[np.int64]
+    multiplier: NDArray[np.int64]
+    travel: NDArray[np.int64]
+    is_known: NDArray[np.bool_]
+
+
 class Paid(NamedTuple):
     """What blocks pay at some multipliers.
 
     Attributes:
-        arc: float64, for each travel inside a block, numbered as ``BlockCosts.direct``.
+        arc: float64, for each travel inside a block, numbered as ``BlockCosts.direct``, without what follows.
+        price: float64 (4, p), what is off at either end of a travel from one column of a block to another:
+            leaving, and entering from, the left or the right.
+        visit: float64 (p / 2,), what is added for each visit of a toolpath.
+        moved: the travels that do not cost as much as at first.
         ways: float64 (4, p), for each way of leaving or entering, as ``BlockCosts.ways``; for a jump, without
             what depends on the column that it passes over.
         least, most: float64 (4, p), no less and no more than these is paid; as ``ways`` where it is no jump.
@@ -25,6 +48,9 @@ class Paid(NamedTuple):
     """
 
     arc: NDArray[np.float64]
+    price: NDArray[np.float64]
+    visit: NDArray[np.float64]
+    moved: Moved
     ways: NDArray[np.float64]
     least: NDArray[np.float64]
     most: NDArray[np.float64]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slicer.sequence.bound.detours import Measured, measure_detours, still_there
 from slicer.sequence.bound.ends import Ends, find_ends
+from slicer.sequence.bound.lagrangian_costs import room_to_pay
 from slicer.sequence.bound.nearby import PACE, Climbed, near_states, nearby
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, block_costs
@@ -79,14 +80,7 @@ class PairBound:
     _climbed: Climbed | None = None
 
     def __post_init__(self) -> None:
-        self.paid = Paid(
-            np.empty_like(self.block_costs.direct),
-            np.empty_like(self.block_costs.ways),
-            np.empty_like(self.block_costs.ways),
-            np.empty_like(self.block_costs.ways),
-            np.empty((4, self.blocks.down_sets)),
-            np.empty_like(self.block_costs.price_at),
-        )
+        self.paid = room_to_pay(self.blocks, self.block_costs)
         self.value = np.empty(self.blocks.value_start[-1])
 
     @classmethod

@@ -4,6 +4,8 @@ An exact dynamic programme over the states of every block, backwards: the value 
 nozzle is what printing the rest of the block costs at least.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,8 +14,34 @@ from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.lagrangian_costs import apply_multipliers
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
 from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
-from slicer.sequence.bound.visits import charge_visits, settle_visits
+from slicer.sequence.bound.visits import settle_visits
 from slicer.sequence.states import NONE, OUTSIDE, Blocks
+
+OWN, FROM_LEFT, FROM_RIGHT = range(3)
+"""Where a travel to the next toolpath comes from: its own column, or one on that side of it."""
+
+
+class Room(NamedTuple):
+    """What comes next at a state, its steps one after the other.
+
+    Attributes:
+        onward: int64 (m,), the toolpath of each step, oriented in direction 0.
+        rest: float64 (3, m, 2), for each way of coming there and each direction, what is left to pay after
+            the travel, less what is off at its end.
+    """
+
+    onward: NDArray[np.int64]
+    rest: NDArray[np.float64]
+
+
+class Travels(NamedTuple):
+    """Where the costs of the travels from a toolpath are: a row of ``Paid.arc`` (the next one, after
+    ``stride``, is for the other direction), one of detours, or -1, and how many steps there are."""
+
+    row: int
+    stride: int
+    extra: int
+    steps: int
 
 
 @allocating_inner_kernel
@@ -32,7 +60,6 @@ def bound_by_start(
         paid, value: room for what the blocks pay there, and for what ``evaluate`` fills in.
     """
     apply_multipliers(blocks, block_costs, multipliers, paid)
-    charge_visits(blocks, block_costs, multipliers, paid)
     evaluate(blocks, block_costs, ends, paid, value)
     by_start = _roots(blocks, ends, value)
     settle_visits(blocks, block_costs, ends, multipliers, by_start)
@@ -51,69 +78,104 @@ def evaluate(
 
     Infinite after a toolpath that may not be printed so.
     """
-    arc, passing = paid.arc, paid.passing
-    rest = np.empty((most_steps(blocks), 2))
-    onward = np.empty(len(rest), np.int64)
-    allowed, barred = blocks.allowed, False
-    for u in range(len(allowed)):
-        barred |= not allowed[u]
+    room = Room(np.empty(most_steps(blocks), np.int64), np.empty((3, most_steps(blocks), 2)))
     for k in range(len(blocks.state_start) - 1):
-        low = 2 * blocks.path_start[k]
-        stride = 2 * blocks.path_start[k + 1] - low
-        final = blocks.state_start[k + 1] - 1
         _finish(blocks, block_costs, ends, paid, value, k)
-        for s in range(final - 1, blocks.state_start[k] - 1, -1):
-            first = blocks.move_start[s]
-            count = blocks.move_start[s + 1] - first
-            from_left = from_right = np.inf
-            over_first, over_last = blocks.end_set[s]
-            out_left, out_right = passing[LEAVE_LEFT, over_first], passing[LEAVE_RIGHT, over_last]
-            in_left, in_right = passing[ENTER_LEFT, over_first], passing[ENTER_RIGHT, over_last]
-            for j in range(count):
-                v, x = 2 * blocks.move_path[first + j], blocks.move_value[first + j]
-                a, b = value[x], value[x + 1]
-                onward[j], rest[j, 0], rest[j, 1] = v, a, b
-                for f in range(2):
-                    at, behind = low + v + f, rest[j, f]
-                    from_left = min(from_left, way_cost(paid, ENTER_LEFT, at, in_left) + behind)
-                    from_right = min(from_right, way_cost(paid, ENTER_RIGHT, at, in_right) + behind)
-            at = blocks.value_start[s]
-            value[at] = min(from_left, from_right + block_costs.cross[k])
-            value[at + 1] = min(from_right, from_left + block_costs.cross[k])
-            for x in range(at + OUTSIDE, blocks.value_start[s + 1], 2):
-                u = blocks.value_path[x]
-                for f in range(2):
-                    way = way_cost(paid, LEAVE_LEFT, low + u + f, out_left)
-                    leave = value[at] + way
-                    way = way_cost(paid, LEAVE_RIGHT, low + u + f, out_right)
-                    value[x + f] = min(leave, value[at + 1] + way)
-                a, b = value[x], value[x + 1]
-                row = block_costs.arc_start[k] + u * stride
-                extra = detour_row(blocks, block_costs, s, x)
-                if extra < 0:
-                    for j in range(count):
-                        t = row + onward[j]
-                        a = min(a, arc[t] + rest[j, 0], arc[t + 1] + rest[j, 1])
-                        t += stride
-                        b = min(b, arc[t] + rest[j, 0], arc[t + 1] + rest[j, 1])
-                else:
-                    for j in range(count):
-                        t, q = row + onward[j], extra + 2 * j
-                        a = min(
-                            a,
-                            arc[t] + block_costs.detour[q] + rest[j, 0],
-                            arc[t + 1] + block_costs.detour[q + 1] + rest[j, 1],
-                        )
-                        t, q = t + stride, q + 2 * count
-                        b = min(
-                            b,
-                            arc[t] + block_costs.detour[q] + rest[j, 0],
-                            arc[t + 1] + block_costs.detour[q + 1] + rest[j, 1],
-                        )
-                value[x], value[x + 1] = a, b
-                if barred:
-                    value[x] = a if allowed[low + u] else np.inf
-                    value[x + 1] = b if allowed[low + u + 1] else np.inf
+        _evaluate_block(blocks, block_costs, paid, value, k, room)
+
+
+@inner_kernel
+def _evaluate_block(
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    paid: Paid,
+    value: NDArray[np.float64],
+    k: int,
+    room: Room,
+) -> None:
+    """Fill in the values of block k but for those where all is printed, which are known."""
+    passing, price = paid.passing, paid.price
+    onward, rest = room
+    low = 2 * blocks.path_start[k]
+    stride = 2 * blocks.path_start[k + 1] - low
+    allowed, barred = blocks.allowed, False
+    for u in range(stride):
+        barred |= not allowed[low + u]
+    for s in range(blocks.state_start[k + 1] - 2, blocks.state_start[k] - 1, -1):
+        steps = blocks.move_start[s]
+        count = blocks.move_start[s + 1] - steps
+        from_left = from_right = np.inf
+        over_first, over_last = blocks.end_set[s]
+        out_left, out_right = passing[LEAVE_LEFT, over_first], passing[LEAVE_RIGHT, over_last]
+        in_left, in_right = passing[ENTER_LEFT, over_first], passing[ENTER_RIGHT, over_last]
+        for j in range(count):
+            v, x = 2 * blocks.move_path[steps + j], blocks.move_value[steps + j]
+            onward[j] = v
+            visit = paid.visit[(low + v) >> 1]
+            for f in range(2):
+                at, behind = low + v + f, value[x + f] + visit
+                rest[OWN, j, f] = behind
+                rest[FROM_LEFT, j, f] = behind - price[ENTER_LEFT, at]
+                rest[FROM_RIGHT, j, f] = behind - price[ENTER_RIGHT, at]
+                from_left = min(from_left, way_cost(paid, ENTER_LEFT, at, in_left) + behind)
+                from_right = min(from_right, way_cost(paid, ENTER_RIGHT, at, in_right) + behind)
+        at = blocks.value_start[s]
+        value[at] = min(from_left, from_right + block_costs.cross[k])
+        value[at + 1] = min(from_right, from_left + block_costs.cross[k])
+        # Ends and steps are in the order of columns: steps first .. last - 1 are in the column of u.
+        column, end, first, last = blocks.bounds[k], 0, 0, 0
+        for x in range(at + OUTSIDE, blocks.value_start[s + 1], 2):
+            u = blocks.value_path[x]
+            while u >= end:
+                end += 2 * blocks.column_size[column]
+                column += 1
+                first = last
+                while last < count and onward[last] < end:
+                    last += 1
+            row, extra = block_costs.arc_start[k] + u * stride, detour_row(blocks, block_costs, s, x)
+            travels = Travels(row, stride, extra, count)
+            a, b = _cheapest(paid, block_costs, travels, room, OWN, first, last)
+            if first > 0:
+                c, d = _cheapest(paid, block_costs, travels, room, FROM_RIGHT, 0, first)
+                a, b = min(a, c - price[LEAVE_LEFT, low + u]), min(b, d - price[LEAVE_LEFT, low + u + 1])
+            if last < count:
+                c, d = _cheapest(paid, block_costs, travels, room, FROM_LEFT, last, count)
+                a, b = min(a, c - price[LEAVE_RIGHT, low + u]), min(b, d - price[LEAVE_RIGHT, low + u + 1])
+            for f in range(2):
+                way = way_cost(paid, LEAVE_LEFT, low + u + f, out_left)
+                leave = value[at] + way
+                way = way_cost(paid, LEAVE_RIGHT, low + u + f, out_right)
+                leave = min(leave, value[at + 1] + way)
+                value[x + f] = min(leave, b if f else a)
+                if barred and not allowed[low + u + f]:
+                    value[x + f] = np.inf
+
+
+@inner_kernel
+def _cheapest(
+    paid: Paid, block_costs: BlockCosts, travels: Travels, room: Room, how: int, first: int, last: int
+) -> tuple[float, float]:
+    """The least cost from a toolpath on, left in either direction, by some of the steps."""
+    arc, detour = paid.arc, block_costs.detour
+    onward, rest = room
+    row, stride, extra, steps = travels
+    # One least cost for each pair of directions: a single one would have to wait for itself.
+    a = b = c = d = np.inf
+    if extra < 0:
+        for j in range(first, last):
+            t = row + onward[j]
+            a, b = min(a, arc[t] + rest[how, j, 0]), min(b, arc[t + 1] + rest[how, j, 1])
+            t += stride
+            c, d = min(c, arc[t] + rest[how, j, 0]), min(d, arc[t + 1] + rest[how, j, 1])
+    else:
+        for j in range(first, last):
+            t, q = row + onward[j], extra + 2 * j
+            a = min(a, arc[t] + detour[q] + rest[how, j, 0])
+            b = min(b, arc[t + 1] + detour[q + 1] + rest[how, j, 1])
+            t, q = t + stride, q + 2 * steps
+            c = min(c, arc[t] + detour[q] + rest[how, j, 0])
+            d = min(d, arc[t + 1] + detour[q + 1] + rest[how, j, 1])
+    return min(a, b), min(c, d)
 
 
 @inner_kernel

@@ -6,11 +6,13 @@ from numpy.typing import NDArray
 from slicer.kernels import inner_kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.jumps import passing_price
+from slicer.sequence.bound.lagrangian_costs import note_moved
 from slicer.sequence.bound.paid import (
     ENTER_LEFT,
     ENTER_RIGHT,
     LEAVE_LEFT,
     LEAVE_RIGHT,
+    Moved,
     Paid,
     between,
     way_cost,
@@ -61,7 +63,7 @@ def add_subgradient(
             if u == NONE:
                 _pay_way(blocks, block_costs, paid, s, way, low + v, subgradient)
             else:
-                _pay_arc(blocks, block_costs, k, u, v, subgradient)
+                _pay_arc(blocks, block_costs, paid.moved, k, u, v, subgradient)
             if block_costs.visits < block_costs.visits_end:
                 subgradient[block_costs.visits + ((low + v) >> 1)] += 1.0
             s, x = blocks.move_to[m], blocks.move_value[m] + f
@@ -91,12 +93,22 @@ def _next(
     stride = 2 * blocks.path_start[k + 1] - low
     u, side = blocks.value_path[x], x - blocks.value_start[s]
     best, move, flip, entry = np.inf, blocks.move_start[s], 0, ENTER_LEFT
-    detours = detour_row(blocks, block_costs, s, x) if u != NONE else -1
+    detours, first, last = -1, 0, 0
+    if u != NONE:
+        detours = detour_row(blocks, block_costs, s, x)
+        column, own = column_of(blocks, k, u)
+        first = u - own
+        last = first + 2 * blocks.column_size[column]
     for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
         for f in range(2):
-            v, w = 2 * blocks.move_path[m] + f, value[blocks.move_value[m] + f]
+            v = 2 * blocks.move_path[m] + f
+            w = value[blocks.move_value[m] + f] + paid.visit[(low + v) >> 1]
             if u != NONE:
                 cost = paid.arc[block_costs.arc_start[k] + u * stride + v]
+                if v < first:
+                    cost -= paid.price[LEAVE_LEFT, low + u] + paid.price[ENTER_RIGHT, low + v]
+                elif v >= last:
+                    cost -= paid.price[LEAVE_RIGHT, low + u] + paid.price[ENTER_LEFT, low + v]
                 if detours >= 0:
                     cost += block_costs.detour[detours + 2 * (m - blocks.move_start[s]) + f]
                 cost += w
@@ -137,7 +149,13 @@ def _pay_way(
 
 @inner_kernel
 def _pay_arc(
-    blocks: Blocks, block_costs: BlockCosts, k: int, u: int, v: int, subgradient: NDArray[np.float64]
+    blocks: Blocks,
+    block_costs: BlockCosts,
+    moved: Moved,
+    k: int,
+    u: int,
+    v: int,
+    subgradient: NDArray[np.float64],
 ) -> None:
     """Note a travel inside block k from u to v, both in its own numbers."""
     low = blocks.path_start[k]
@@ -153,6 +171,8 @@ def _pay_arc(
         if u_seam:
             at = pairs + u_local * 2 * blocks.column_size[u_column] + v_local
             subgradient[at] += 1.0 if u_column == right else -1.0
+            if not moved.is_known[at]:
+                note_moved(blocks, block_costs, moved, u_column, u_local, v_local)
         return
     rightward = v_column > u_column
     if u_seam:

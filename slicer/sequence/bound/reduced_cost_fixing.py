@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slicer.kernels import kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
-from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
+from slicer.sequence.bound.pair_costs import BlockCosts, column_of, detour_row
 from slicer.sequence.states import OUTSIDE, Blocks
 
 
@@ -32,7 +32,7 @@ def bound_through_states(
         value: what ``evaluate`` has filled in.
         by_start: what ``roots`` gives for it.
     """
-    arc, passing = paid.arc, paid.passing
+    arc, price, passing = paid.arc, paid.price, paid.passing
     reached = np.empty(len(value))
     for x in range(len(value)):
         reached[x] = np.inf
@@ -66,15 +66,23 @@ def bound_through_states(
                     if not blocks.allowed[low + v]:
                         continue
                     to = blocks.move_value[m] + f
+                    own = column_of(blocks, k, v)
+                    first = v - own[1]
+                    last = first + 2 * blocks.column_size[own[0]]
                     best = from_left + way_cost(paid, ENTER_LEFT, low + v, in_left)
                     best = min(best, from_right + way_cost(paid, ENTER_RIGHT, low + v, in_right))
                     for x in range(at + OUTSIDE, end):
-                        cost = arc[block_costs.arc_start[k] + blocks.value_path[x] * stride + v]
+                        u = blocks.value_path[x]
+                        cost = arc[block_costs.arc_start[k] + u * stride + v]
+                        if u < first:
+                            cost -= price[LEAVE_RIGHT, low + u] + price[ENTER_LEFT, low + v]
+                        elif u >= last:
+                            cost -= price[LEAVE_LEFT, low + u] + price[ENTER_RIGHT, low + v]
                         detours = detour_row(blocks, block_costs, s, x)
                         if detours >= 0:
                             cost += block_costs.detour[detours + 2 * (m - blocks.move_start[s]) + f]
                         best = min(best, reached[x] + cost)
-                    reached[to] = min(reached[to], best)
+                    reached[to] = min(reached[to], best + paid.visit[(low + v) >> 1])
             for x in range(at, end):
                 out[s] = min(out[s], reached[x] + value[x])
     return out

@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import kernel
+from slicer.kernels import inner_kernel, kernel
 from slicer.sequence.bound.ends import Ends
-from slicer.sequence.bound.paid import Paid
+from slicer.sequence.bound.lagrangian_costs import note_all_moved
+from slicer.sequence.bound.paid import Moved, Paid
 from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.bound.pair_dp import bound_by_start
 from slicer.sequence.bound.pair_subgradient import add_subgradient
@@ -85,7 +86,9 @@ def ascend(
         lengths: of the steps, in the unit of the costs.
     """
     multipliers, best, direction, best_bound = ascent
-    subgradient = np.empty(len(multipliers))
+    moved, others = paid.moved, block_costs.pair_start[-1]
+    subgradient = np.zeros(len(multipliers))
+    note_all_moved(blocks, block_costs, multipliers, moved)
     for k in range(max(1, len(lengths))):
         by_start = bound_by_start(blocks, block_costs, ends, multipliers, paid, value)
         if len(lengths) == 0:
@@ -94,14 +97,18 @@ def ascend(
         for t in range(len(by_start)):
             if by_start[t] < by_start[start]:
                 start = t
-        if by_start[start] > best_bound[0]:
+        higher = by_start[start] > best_bound[0]
+        if higher:
             best_bound[0] = by_start[start]
-            for t in range(len(best)):  # the assignment of a whole array takes a second to compile
+        for a in range(_active(moved, block_costs)):
+            t = _multiplier(moved, others, a)
+            subgradient[t] = 0.0
+            if higher:
                 best[t] = multipliers[t]
-        subgradient[:] = 0.0
         add_subgradient(blocks, block_costs, ends, paid, value, start, subgradient)
         norm, own = 0.0, 0.0
-        for t in range(len(subgradient)):
+        for a in range(_active(moved, block_costs)):
+            t = _multiplier(moved, others, a)
             direction[t] = MOMENTUM * direction[t] + (1.0 - MOMENTUM) * subgradient[t]
             norm += direction[t] * direction[t]
             own += subgradient[t] * subgradient[t]
@@ -110,9 +117,23 @@ def ascend(
         if norm < NOWHERE:
             continue
         step = (1.0 - MOMENTUM) * lengths[k] / norm
-        for t in range(len(subgradient)):
+        for a in range(_active(moved, block_costs)):
+            t = _multiplier(moved, others, a)
             multipliers[t] += step * direction[t]
     return False, by_start
+
+
+@inner_kernel
+def _active(moved: Moved, block_costs: BlockCosts) -> int:
+    """How many multipliers are not known to be 0."""
+    return int(moved.known[0] + block_costs.size - block_costs.pair_start[-1])
+
+
+@inner_kernel
+def _multiplier(moved: Moved, others: int, a: int) -> int:
+    """The a-th of them: those of travels that have moved, then all ``others``, which follow all travels'."""
+    count = moved.known[0]
+    return int(moved.multiplier[a] if a < count else others + a - count)
 
 
 def bound_at(

@@ -11,35 +11,8 @@ from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
 from slicer.sequence.bound.ends import Ends
-from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, Paid
 from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.states import Blocks
-
-
-@inner_kernel
-def charge_visits(
-    blocks: Blocks,
-    block_costs: BlockCosts,
-    multipliers: NDArray[np.float64],
-    paid: Paid,
-) -> None:
-    """Let whatever enters a toolpath pay for the visit, in what ``apply_multipliers`` has filled in."""
-    visits = block_costs.visits
-    if visits == block_costs.visits_end:
-        return
-    arc = paid.arc
-    for k in range(len(blocks.state_start) - 1):
-        low, stride = 2 * blocks.path_start[k], 2 * (blocks.path_start[k + 1] - blocks.path_start[k])
-        for b in range(stride):
-            price = multipliers[visits + ((low + b) >> 1)]
-            for way in (ENTER_LEFT, ENTER_RIGHT):
-                paid.ways[way, low + b] += price
-                paid.least[way, low + b] += price
-                paid.most[way, low + b] += price
-        for a in range(stride):
-            row = block_costs.arc_start[k] + a * stride
-            for b in range(stride):
-                arc[row + b] += multipliers[visits + ((low + b) >> 1)]
 
 
 @inner_kernel
