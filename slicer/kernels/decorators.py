@@ -187,7 +187,9 @@ def _outlive_other_sources(compiled: Any) -> None:
     def load_index() -> Any:
         try:
             return load()
-        except (ImportError, AttributeError, EOFError, pickle.UnpicklingError):
+        except (ImportError, LookupError, AttributeError, TypeError, ValueError, EOFError):
+            return {}
+        except pickle.UnpicklingError:
             return {}
 
     kept._load_index = load_index

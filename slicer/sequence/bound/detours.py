@@ -56,9 +56,9 @@ def measure_detours(
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """``detour_start`` and ``detour`` of ``BlockCosts``: for each end of a state two for each step."""
     start = _rows(blocks, measured.states)
-    if start[-1] > MOST:
+    if start[0] > MOST:
         return no_detours(blocks)
-    detour = np.empty(start[-1], np.float32)
+    detour = np.empty(start[0], np.float32)
     travels = Travels(section.segments, section.cost_model, measured.most)
     _fill(blocks, block_costs, travels, sky, sets_of_states(blocks, sets), start, detour)
     return start, detour
@@ -70,22 +70,23 @@ def still_there(
     """The detours of those states, ends and steps that are left of ``before``."""
     if len(block_costs.detour) == 0:
         return no_detours(blocks)
-    kept = np.diff(block_costs.detour_start) > 0
+    kept = np.diff(block_costs.detour_start) != 0
     measured = np.empty(len(blocks.dense), np.bool_)
     for k in range(blocks.blocks):
         old = slice(before.state_start[k], before.state_start[k + 1])
         states = slice(blocks.state_start[k], blocks.state_start[k + 1])
         measured[states] = kept[old][np.searchsorted(before.dense[old], blocks.dense[states])]
     start = _rows(blocks, measured)
-    detour = np.empty(start[-1], np.float32)
+    detour = np.empty(start[0], np.float32)
     _copy(before, block_costs, blocks, start, detour)
     return start, detour
 
 
 def _rows(blocks: Blocks, measured: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """int64 (s + 1,), where the detours of each state begin; those that are not measured have none."""
+    """``detour_start`` of ``BlockCosts``; states that are not measured have none."""
     ends = np.diff(blocks.value_start).astype(np.int64) - OUTSIDE
-    return np.concatenate([[0], np.cumsum(2 * ends * np.diff(blocks.move_start) * measured)])
+    size = 2 * ends * np.diff(blocks.move_start) * measured
+    return np.concatenate([np.cumsum(size[::-1])[::-1], [0]])
 
 
 @kernel
@@ -109,7 +110,7 @@ def _fill(
                 continue
             for q in range(width):
                 printed[left + q] = set_of[first_set[k] + (s - blocks.state_start[k]) * width + q]
-            at = start[s]
+            at = start[s + 1]
             for x in range(blocks.value_start[s] + OUTSIDE, blocks.value_start[s + 1]):
                 u = blocks.value_path[x]
                 path, u_column = blocks.path[low + (u >> 1)], column_of(blocks, k, u)[0]
@@ -170,11 +171,11 @@ def _copy(
                 old += 1
             old_first = before.move_start[old]
             old_steps = before.move_start[old + 1] - old_first
-            at, old_x = start[s], before.value_start[old] + OUTSIDE
+            at, old_x = start[s + 1], before.value_start[old] + OUTSIDE
             for x in range(blocks.value_start[s] + OUTSIDE, blocks.value_start[s + 1]):
                 while before.value_path[old_x] != blocks.value_path[x]:
                     old_x += 1
-                row = block_costs.detour_start[old] + 2 * old_steps * (
+                row = block_costs.detour_start[old + 1] + 2 * old_steps * (
                     old_x - before.value_start[old] - OUTSIDE
                 )
                 old_m = old_first

@@ -5,7 +5,16 @@ from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel
 from slicer.sequence.bound.jumps import price_jumps
-from slicer.sequence.bound.paid import Moved, Paid
+from slicer.sequence.bound.paid import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    ENTERED,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    LEFT_OFF,
+    Moved,
+    Paid,
+)
 from slicer.sequence.bound.pair_costs import BlockCosts
 from slicer.sequence.states import Blocks
 
@@ -31,7 +40,7 @@ def room_to_pay(blocks: Blocks, block_costs: BlockCosts) -> Paid:
     )
     return Paid(
         arc,
-        np.zeros_like(block_costs.ways),
+        np.zeros((2, 2 * len(blocks.path))),
         np.zeros(len(blocks.path)),
         moved,
         np.empty_like(block_costs.ways),
@@ -65,14 +74,16 @@ def apply_multipliers(
         arc[first] = 0.5 * block_costs.direct[first] - share
     prices = multipliers[block_costs.pair_start[-1] : block_costs.visits].reshape(4, -1)
     for k in range(len(blocks.state_start) - 1):
-        at = 2 * blocks.path_start[k]
-        for c in range(blocks.bounds[k], blocks.bounds[k + 1] + 1):
-            seam = block_costs.pair_start[c + 1] > block_costs.pair_start[c]
-            for _ in range(2 * blocks.column_size[c]):
-                if seam:
-                    for way in range(4):
-                        paid.price[way, at] = prices[way, 2 * blocks.path[at >> 1] + (at & 1)]
-                at += 1
+        left, right = blocks.bounds[k], blocks.bounds[k + 1]
+        # Of a block's columns only the outer ones are seams, and have the others on one side.
+        for c, leave, enter in ((left, LEAVE_RIGHT, ENTER_RIGHT), (right, LEAVE_LEFT, ENTER_LEFT)):
+            if block_costs.pair_start[c + 1] == block_costs.pair_start[c] or left == right:
+                continue
+            at = 2 * (blocks.path_start[k] + blocks.column_start[c] - blocks.column_start[left])
+            for u in range(at, at + 2 * blocks.column_size[c]):
+                own = 2 * blocks.path[u >> 1] + (u & 1)
+                paid.price[LEFT_OFF, u] = prices[leave, own]
+                paid.price[ENTERED, u] = prices[enter, own]
     if block_costs.visits < block_costs.visits_end:
         for at in range(len(paid.visit)):
             paid.visit[at] = multipliers[block_costs.visits + at]

@@ -9,6 +9,8 @@ from slicer.kernels import inner_kernel
 
 LEAVE_LEFT, LEAVE_RIGHT, ENTER_LEFT, ENTER_RIGHT = range(4)
 """Ways out of a block and into it."""
+LEFT_OFF, ENTERED = range(2)
+"""The ends of a travel, in ``Paid.price``."""
 
 
 class Moved(NamedTuple):
@@ -35,8 +37,8 @@ class Paid(NamedTuple):
 
     Attributes:
         arc: float64, for each travel inside a block, numbered as ``BlockCosts.direct``, without what follows.
-        price: float64 (4, p), what is off at either end of a travel from one column of a block to another:
-            leaving, and entering from, the left or the right.
+        price: float64 (2, p), what is off a travel from one column of a block to another, at the end that it
+            leaves, and at the one that it enters.
         visit: float64 (p / 2,), what is added for each visit of a toolpath.
         moved: the travels that do not cost as much as at first.
         ways: float64 (4, p), for each way of leaving or entering, as ``BlockCosts.ways``; for a jump, without

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from slicer.sequence.bound.detours import Measured, measure_detours, still_there
 from slicer.sequence.bound.ends import Ends, find_ends
 from slicer.sequence.bound.lagrangian_costs import room_to_pay
-from slicer.sequence.bound.nearby import PACE, Climbed, near_states, nearby
+from slicer.sequence.bound.nearby import LOST, PACE, Climbed, Nearby, near_states
 from slicer.sequence.bound.paid import Paid
 from slicer.sequence.bound.pair_costs import BlockCosts, block_costs
 from slicer.sequence.bound.reduced_cost_fixing import bound_through_states
-from slicer.sequence.bound.subgradient_ascent import Ascent, ascend, begin_ascent, bound_at
+from slicer.sequence.bound.subgradient_ascent import Ascent, begin_ascent, bound_at
 from slicer.sequence.states import (
     COUNTED,
     OUTSIDE,
@@ -40,8 +40,6 @@ LONG = 3.5
 Up to 5 times the mean it takes three times as long to price them, on muscle_us_8x8 under a brass nozzle
 3.3 s, and bounds rise by 0.1 % at most.
 """
-LOST = 0.05
-"""The part of the gap by which all states may bring down a bound among some, before more are looked at."""
 HARDLY_FEWER = 0.9
 """With more of all travels left, states that could be left out stay."""
 LOSES = 0.05
@@ -77,7 +75,7 @@ class PairBound:
     by_start: NDArray[np.float64] = field(init=False)
     pace: float | NDArray[np.float64] = np.inf
     _ascent: Ascent | None = None
-    _climbed: Climbed | None = None
+    _looked_at: Nearby | None = None
 
     def __post_init__(self) -> None:
         self.paid = room_to_pay(self.blocks, self.block_costs)
@@ -96,10 +94,12 @@ class PairBound:
         Args:
             section: what is ordered.
             sets: its down-sets.
-            bounds: the blocks, see ``blocks.cover``.
+            bounds: the blocks, see ``blocks.cover``; of no more than two columns where states are counts.
             among: the states that count, of those that a nozzle's body allows; None for all of these.
         """
         counted = sets.corridor == COUNTED
+        if counted.any() and np.diff(bounds).max() > 1:
+            raise ValueError("blocks of states that are counts have two columns at most")
         # Which counts go together cannot be told, and all do.
         closed = None if counted.any() else joint_states(section, sets, bounds)
         if among is None or closed is None:
@@ -128,12 +128,12 @@ class PairBound:
             self.best[prices].reshape(4, -1)[:, oriented] = price
 
     @property
-    def climbed(self) -> Climbed:
+    def looked_at(self) -> Nearby:
         """What the ascent looks at."""
-        if self._climbed is None:
+        if self._looked_at is None:
             whole = Climbed(self.blocks, self.block_costs, self.ends)
-            self._climbed = nearby(self.section, self.sets, whole, self.pace) or whole
-        return self._climbed
+            self._looked_at = Nearby.among(self.section, self.sets, whole, self.value, self.pace)
+        return self._looked_at
 
     @cached_property
     def sky(self) -> Skylines:
@@ -157,12 +157,12 @@ class PairBound:
                 Measured(near, LONG * cost / self.section.n),
             )
             self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
-            self._climbed = None
+            self._looked_at = None
 
     def arcs_of(self, steps: int) -> int:
         """How many travels ``improve`` looks at in so many steps."""
-        near = self.climbed.blocks
-        return steps * near.arcs + (self.blocks.arcs if near is not self.blocks else 0)
+        near = self.looked_at.near.blocks
+        return steps * self.looked_at.arcs + (self.blocks.arcs if near is not self.blocks else 0)
 
     def gap(self, cost: float) -> float:
         """The part of a cost that the bound is below it; 1 where that is more, or nothing is known."""
@@ -177,31 +177,28 @@ class PairBound:
         """
         if self._ascent is None:
             self._ascent = begin_ascent(self.best)
-        blocks, costs, ends = self.climbed
-        whole = blocks is self.blocks
         far = max(0.0, -self.bound) if np.isfinite(self.bound) else 0.0  # from where it should be at least
-        value = self.value if whole else np.empty(blocks.value_start[-1])
         scaled = (max(target, LEAST_COST) + far) * lengths
-        at_rest, _ = ascend(blocks, costs, ends, self._ascent, self.paid, value, scaled)
-        found = float(self._ascent.bound[0])
+        at_rest, found = self.looked_at.climb(self._ascent, self.paid, scaled, target)
+        whole = self.looked_at.near.blocks is self.blocks
         bound = found if whole else float(self._evaluate(self._ascent.best).min())
         if bound > self.bound:
             self.bound, self.best = bound, self._ascent.best.copy()
         if not whole and (at_rest or found - bound > LOST * (target - bound)):
-            self._widen(self._ascent.best, value)
+            self._widen(self._ascent.best)
             # It goes on from where it is: what its multipliers overlook are those states alone.
             self._ascent.bound[0] = -np.inf
             return self.bound >= target
         return at_rest or self.bound >= target
 
-    def _widen(self, multipliers: NDArray[np.float64], value: NDArray[np.float64]) -> None:
+    def _widen(self, multipliers: NDArray[np.float64]) -> None:
         """Let the ascent look at states of columns that are farther apart, in the blocks that pass there.
 
         Args:
             multipliers: where the values of all states are known.
-            value: room for those of ``climbed``.
         """
-        blocks, costs, ends = self.climbed
+        blocks, costs, ends = self.looked_at.near
+        value = self.looked_at.value
         bound_at(blocks, costs, ends, multipliers, self.paid, value)
         lost = np.zeros(blocks.blocks)
         for side in range(OUTSIDE):
@@ -210,7 +207,7 @@ class PairBound:
             lost = np.maximum(lost, np.subtract(near, far, out=np.zeros_like(near), where=np.isfinite(far)))
         wider = lost > LOSES * lost.sum()
         self.pace = np.where(wider | ~wider.any(), 2.0, 1.0) * self.pace
-        self._climbed = None
+        self._looked_at = None
 
     def _go_on(self) -> None:
         """Let the ascent begin anew at the best multipliers."""
@@ -248,7 +245,7 @@ class PairBound:
         self.block_costs = self.block_costs._replace(detour_start=start, detour=detour)
         self.ends = find_ends(self.section, self.sets, self.blocks)
         self.value = np.empty(self.blocks.value_start[-1])
-        self._climbed = None
+        self._looked_at = None
 
 
 def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None:

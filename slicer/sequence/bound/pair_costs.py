@@ -53,7 +53,8 @@ class BlockCosts(NamedTuple):
         cross: float64 (b,), for passing over a block without touching it.
         pair_start: int64 (c + 1,); the multipliers of travels inside column c are a square matrix
             [from, to] from pair_start[c] on, empty where the column is no seam.
-        detour_start: int64 (s + 1,), the detours of each state, none where its travels are priced as direct.
+        detour_start: int64 (s + 1,), the ends of the detours of each state, which begin where those of the
+            next one end: the last is looked at first. None where its travels are priced as direct.
         detour: float32, what a travel costs beyond ``direct`` because of what is printed, see ``detours``.
         visits: the first multiplier of a visit, one for each of a block's toolpaths, if there are any.
         visits_end: the end of those.
@@ -168,7 +169,7 @@ def detour_row(blocks: Blocks, block_costs: BlockCosts, s: int, x: int) -> int:
     if block_costs.detour_start[s + 1] == block_costs.detour_start[s]:
         return -1
     steps = blocks.move_start[s + 1] - blocks.move_start[s]
-    return int(block_costs.detour_start[s] + 2 * steps * (x - blocks.value_start[s] - OUTSIDE))
+    return int(block_costs.detour_start[s + 1] + 2 * steps * (x - blocks.value_start[s] - OUTSIDE))
 
 
 @kernel

@@ -12,13 +12,23 @@ from numpy.typing import NDArray
 from slicer.kernels import allocating_inner_kernel, inner_kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.lagrangian_costs import apply_multipliers
-from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
+from slicer.sequence.bound.paid import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    ENTERED,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    LEFT_OFF,
+    Paid,
+    way_cost,
+)
 from slicer.sequence.bound.pair_costs import BlockCosts, detour_row
 from slicer.sequence.bound.visits import settle_visits
-from slicer.sequence.states import NONE, OUTSIDE, Blocks
+from slicer.sequence.bound.what_follows import find_steps, is_counted, most_steps
+from slicer.sequence.states import NONE, OUTSIDE, Blocks, Follows
 
-OWN, FROM_LEFT, FROM_RIGHT = range(3)
-"""Where a travel to the next toolpath comes from: its own column, or one on that side of it."""
+OWN, ACROSS = range(2)
+"""Where a travel to the next toolpath comes from: its own column, or another one of its block."""
 
 
 class Room(NamedTuple):
@@ -26,22 +36,17 @@ class Room(NamedTuple):
 
     Attributes:
         onward: int64 (m,), the toolpath of each step, oriented in direction 0.
-        rest: float64 (3, m, 2), for each way of coming there and each direction, what is left to pay after
+        rest: float64 (2, m, 2), for each way of coming there and each direction, what is left to pay after
             the travel, less what is off at its end.
+        back: float64 (2, m), what is left to pay from outside on, from the left and from the right, in the
+            cheaper direction.
+        place: int64 (2, m), of the steps of the first and the last column's down-sets; ``NONE`` if left out.
     """
 
     onward: NDArray[np.int64]
     rest: NDArray[np.float64]
-
-
-class Travels(NamedTuple):
-    """Where the costs of the travels from a toolpath are: a row of ``Paid.arc`` (the next one, after
-    ``stride``, is for the other direction), one of detours, or -1, and how many steps there are."""
-
-    row: int
-    stride: int
-    extra: int
-    steps: int
+    back: NDArray[np.float64]
+    place: NDArray[np.int64]
 
 
 @allocating_inner_kernel
@@ -57,31 +62,25 @@ def bound_by_start(
 
     Args:
         multipliers: at which of them.
-        paid, value: room for what the blocks pay there, and for what ``evaluate`` fills in.
+        paid: room for what the blocks pay there.
+        value: room for the least cost from each value of ``Blocks`` to the end of its block; infinite after a
+            toolpath that may not be printed so.
     """
     apply_multipliers(blocks, block_costs, multipliers, paid)
-    evaluate(blocks, block_costs, ends, paid, value)
+    most = most_steps(blocks)
+    room = Room(
+        np.empty(most, np.int64), np.empty((2, most, 2)), np.empty((2, most)), np.empty((2, most), np.int64)
+    )
+    for k in range(len(blocks.state_start) - 1):
+        _finish(blocks, block_costs, ends, paid, value, k)
+        # None is a type of its own, so that the code for counts is left out of what is compiled for it.
+        if is_counted(block_costs):
+            _evaluate_block(blocks, block_costs, paid, value, k, room, blocks.follows)
+        else:
+            _evaluate_block(blocks, block_costs, paid, value, k, room, None)
     by_start = _roots(blocks, ends, value)
     settle_visits(blocks, block_costs, ends, multipliers, by_start)
     return by_start
-
-
-@allocating_inner_kernel
-def evaluate(
-    blocks: Blocks,
-    block_costs: BlockCosts,
-    ends: Ends,
-    paid: Paid,
-    value: NDArray[np.float64],
-) -> None:
-    """Fill ``value``, numbered as ``Blocks`` does: the least cost from there to the end of the block.
-
-    Infinite after a toolpath that may not be printed so.
-    """
-    room = Room(np.empty(most_steps(blocks), np.int64), np.empty((3, most_steps(blocks), 2)))
-    for k in range(len(blocks.state_start) - 1):
-        _finish(blocks, block_costs, ends, paid, value, k)
-        _evaluate_block(blocks, block_costs, paid, value, k, room)
 
 
 @inner_kernel
@@ -92,10 +91,17 @@ def _evaluate_block(
     value: NDArray[np.float64],
     k: int,
     room: Room,
+    counts: Follows | None,
 ) -> None:
-    """Fill in the values of block k but for those where all is printed, which are known."""
-    passing, price = paid.passing, paid.price
-    onward, rest = room
+    """Fill in the values of block k but for those where all is printed, which are known.
+
+    Args:
+        counts: what may come next, where states are counts.
+    """
+    arc, detour, passing, price = paid.arc, block_costs.detour, paid.passing, paid.price
+    tops = blocks.follows.top_start
+    onward, rest, back, place = room
+    side, top, back_left, back_right = 0, 0, np.inf, np.inf
     low = 2 * blocks.path_start[k]
     stride = 2 * blocks.path_start[k + 1] - low
     allowed, barred = blocks.allowed, False
@@ -112,16 +118,21 @@ def _evaluate_block(
             v, x = 2 * blocks.move_path[steps + j], blocks.move_value[steps + j]
             onward[j] = v
             visit = paid.visit[(low + v) >> 1]
+            left = right = np.inf
             for f in range(2):
                 at, behind = low + v + f, value[x + f] + visit
                 rest[OWN, j, f] = behind
-                rest[FROM_LEFT, j, f] = behind - price[ENTER_LEFT, at]
-                rest[FROM_RIGHT, j, f] = behind - price[ENTER_RIGHT, at]
-                from_left = min(from_left, way_cost(paid, ENTER_LEFT, at, in_left) + behind)
-                from_right = min(from_right, way_cost(paid, ENTER_RIGHT, at, in_right) + behind)
-        at = blocks.value_start[s]
-        value[at] = min(from_left, from_right + block_costs.cross[k])
-        value[at + 1] = min(from_right, from_left + block_costs.cross[k])
+                rest[ACROSS, j, f] = behind - price[ENTERED, at]
+                left = min(left, way_cost(paid, ENTER_LEFT, at, in_left) + behind)
+                right = min(right, way_cost(paid, ENTER_RIGHT, at, in_right) + behind)
+            if counts is not None:
+                back[0, j], back[1, j] = left, right
+            from_left, from_right = min(from_left, left), min(from_right, right)
+        at, cross = blocks.value_start[s], block_costs.cross[k]
+        value[at] = min(from_left, from_right + cross)
+        value[at + 1] = min(from_right, from_left + cross)
+        if counts is not None:
+            find_steps(blocks, k, s, place)
         # Ends and steps are in the order of columns: steps first .. last - 1 are in the column of u.
         column, end, first, last = blocks.bounds[k], 0, 0, 0
         for x in range(at + OUTSIDE, blocks.value_start[s + 1], 2):
@@ -132,59 +143,79 @@ def _evaluate_block(
                 first = last
                 while last < count and onward[last] < end:
                     last += 1
+                if counts is not None:
+                    back_left, back_right = _least_back(back, first, last, count)
+                    side = 0 if column == blocks.bounds[k] + 1 else 1
+                    top = tops[blocks.end_set[s, side]] - x // 2
             row, extra = block_costs.arc_start[k] + u * stride, detour_row(blocks, block_costs, s, x)
-            travels = Travels(row, stride, extra, count)
-            a, b = _cheapest(paid, block_costs, travels, room, OWN, first, last)
-            if first > 0:
-                c, d = _cheapest(paid, block_costs, travels, room, FROM_RIGHT, 0, first)
-                a, b = min(a, c - price[LEAVE_LEFT, low + u]), min(b, d - price[LEAVE_LEFT, low + u + 1])
-            if last < count:
-                c, d = _cheapest(paid, block_costs, travels, room, FROM_LEFT, last, count)
-                a, b = min(a, c - price[LEAVE_RIGHT, low + u]), min(b, d - price[LEAVE_RIGHT, low + u + 1])
+            from_left, from_right = value[at], value[at + 1]
+            a = b = c = d = np.inf
+            if counts is not None:
+                a, b, from_left, from_right = _cheapest_that_follow(
+                    arc, counts, (row, stride), room, side, top + x // 2
+                )
+                # Whatever lies in between, it is the block's next toolpath all the same.
+                from_left, from_right = min(from_left, back_left), min(from_right, back_right)
+                from_left, from_right = min(from_left, from_right + cross), min(from_right, from_left + cross)
+            for j in range(count):
+                how = OWN if first <= j < last else ACROSS
+                if counts is not None and how == OWN:
+                    continue
+                t = row + onward[j]
+                x_a, y_a = arc[t] + rest[how, j, 0], arc[t + 1] + rest[how, j, 1]
+                t += stride
+                x_b, y_b = arc[t] + rest[how, j, 0], arc[t + 1] + rest[how, j, 1]
+                if extra >= 0:
+                    q = extra + 2 * j
+                    x_a, y_a = x_a + detour[q], y_a + detour[q + 1]
+                    q += 2 * count
+                    x_b, y_b = x_b + detour[q], y_b + detour[q + 1]
+                if how == OWN:
+                    a, b = min(a, x_a, y_a), min(b, x_b, y_b)
+                else:
+                    c, d = min(c, x_a, y_a), min(d, x_b, y_b)
+            a, b = min(a, c - price[LEFT_OFF, low + u]), min(b, d - price[LEFT_OFF, low + u + 1])
             for f in range(2):
-                way = way_cost(paid, LEAVE_LEFT, low + u + f, out_left)
-                leave = value[at] + way
-                way = way_cost(paid, LEAVE_RIGHT, low + u + f, out_right)
-                leave = min(leave, value[at + 1] + way)
-                value[x + f] = min(leave, b if f else a)
+                gone_left = from_left + way_cost(paid, LEAVE_LEFT, low + u + f, out_left)
+                gone_right = from_right + way_cost(paid, LEAVE_RIGHT, low + u + f, out_right)
+                value[x + f] = min(gone_left, gone_right, b if f else a)
                 if barred and not allowed[low + u + f]:
                     value[x + f] = np.inf
 
 
 @inner_kernel
-def _cheapest(
-    paid: Paid, block_costs: BlockCosts, travels: Travels, room: Room, how: int, first: int, last: int
-) -> tuple[float, float]:
-    """The least cost from a toolpath on, left in either direction, by some of the steps."""
-    arc, detour = paid.arc, block_costs.detour
-    onward, rest = room
-    row, stride, extra, steps = travels
-    # One least cost for each pair of directions: a single one would have to wait for itself.
-    a = b = c = d = np.inf
-    if extra < 0:
-        for j in range(first, last):
-            t = row + onward[j]
-            a, b = min(a, arc[t] + rest[how, j, 0]), min(b, arc[t + 1] + rest[how, j, 1])
-            t += stride
-            c, d = min(c, arc[t] + rest[how, j, 0]), min(d, arc[t + 1] + rest[how, j, 1])
-    else:
-        for j in range(first, last):
-            t, q = row + onward[j], extra + 2 * j
-            a = min(a, arc[t] + detour[q] + rest[how, j, 0])
-            b = min(b, arc[t + 1] + detour[q + 1] + rest[how, j, 1])
-            t, q = t + stride, q + 2 * steps
-            c = min(c, arc[t] + detour[q] + rest[how, j, 0])
-            d = min(d, arc[t + 1] + detour[q + 1] + rest[how, j, 1])
-    return min(a, b), min(c, d)
+def _least_back(back: NDArray[np.float64], first: int, last: int, count: int) -> tuple[float, float]:
+    """The least of all steps but first .. last - 1."""
+    left = right = np.inf
+    for j in range(count):
+        if not first <= j < last:
+            left, right = min(left, back[0, j]), min(right, back[1, j])
+    return left, right
 
 
 @inner_kernel
-def most_steps(blocks: Blocks) -> int:
-    """The most steps that a state has."""
-    most = 0
-    for s in range(len(blocks.dense)):
-        most = max(most, blocks.move_start[s + 1] - blocks.move_start[s])
-    return most
+def _cheapest_that_follow(
+    arc: NDArray[np.float64], follows: Follows, travels: tuple[int, int], room: Room, side: int, top: int
+) -> tuple[float, float, float, float]:
+    """The least cost from a toolpath on, left in either direction, by steps of its own column that may come
+    next after it; and by way of outside, from the left and from the right.
+
+    Args:
+        travels: where the costs of those from it begin, and how far on those for its other direction begin.
+        side: whether that is the block's last column, not the first.
+        top: the toolpath, as a maximal element.
+    """
+    onward, rest, back, place = room
+    a = b = c = d = left = right = np.inf
+    for q in range(follows.start[top], follows.start[top + 1]):
+        j = place[side, follows.steps[q]]
+        if j >= 0:
+            t = travels[0] + onward[j]
+            a, b = min(a, arc[t] + rest[OWN, j, 0]), min(b, arc[t + 1] + rest[OWN, j, 1])
+            t += travels[1]
+            c, d = min(c, arc[t] + rest[OWN, j, 0]), min(d, arc[t + 1] + rest[OWN, j, 1])
+            left, right = min(left, back[0, j]), min(right, back[1, j])
+    return min(a, b), min(c, d), left, right
 
 
 @inner_kernel

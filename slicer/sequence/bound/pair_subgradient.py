@@ -10,8 +10,10 @@ from slicer.sequence.bound.lagrangian_costs import note_moved
 from slicer.sequence.bound.paid import (
     ENTER_LEFT,
     ENTER_RIGHT,
+    ENTERED,
     LEAVE_LEFT,
     LEAVE_RIGHT,
+    LEFT_OFF,
     Moved,
     Paid,
     between,
@@ -19,7 +21,8 @@ from slicer.sequence.bound.paid import (
 )
 from slicer.sequence.bound.pair_costs import BlockCosts, column_of, detour_row
 from slicer.sequence.bound.visits import settle_in_subgradient
-from slicer.sequence.states import NONE, Blocks
+from slicer.sequence.bound.what_follows import find_top, is_counted, may_follow
+from slicer.sequence.states import NONE, OUTSIDE, Blocks
 
 
 @inner_kernel
@@ -49,22 +52,28 @@ def add_subgradient(
                     break
         while s < final:
             u, at = blocks.value_path[x], blocks.value_start[s]
-            if u != NONE:
-                # Going outside and coming back is two steps of the walk, at the same state.
-                for side in range(2):
+            # Going outside and coming back is two steps of the walk, at the same state.
+            for side in range(OUTSIDE + 1):
+                cost, place = 0.0, x
+                if side < OUTSIDE:
+                    if u == NONE:
+                        continue
                     way = LEAVE_LEFT + side
                     cost = way_cost(paid, way, low + u, paid.passing[way, blocks.end_set[s, side]])
-                    if value[x] == value[at + side] + cost:
-                        _pay_way(blocks, block_costs, paid, s, way, low + u, subgradient)
-                        x, u = at + side, NONE
-                        break
-            m, f, way = _next(blocks, block_costs, paid, value, k, s, x)
+                    place = at + side
+                    if value[place] + cost > value[x]:
+                        continue
+                m, f, way, rest = _next(blocks, block_costs, paid, value, k, s, place, x)
+                if side < OUTSIDE and value[x] == rest + cost:
+                    _pay_way(blocks, block_costs, paid, s, LEAVE_LEFT + side, low + u, subgradient)
+                    u = NONE
+                    break
             v = 2 * blocks.move_path[m] + f
             if u == NONE:
                 _pay_way(blocks, block_costs, paid, s, way, low + v, subgradient)
             else:
                 _pay_arc(blocks, block_costs, paid.moved, k, u, v, subgradient)
-            if block_costs.visits < block_costs.visits_end:
+            if is_counted(block_costs):
                 subgradient[block_costs.visits + ((low + v) >> 1)] += 1.0
             s, x = blocks.move_to[m], blocks.move_value[m] + f
         u = blocks.value_path[x]
@@ -87,28 +96,39 @@ def _next(
     k: int,
     s: int,
     x: int,
-) -> tuple[int, int, int]:
-    """The cheapest step from value x of state s: its number, direction, and the way in if from outside."""
+    after: int,
+) -> tuple[int, int, int, float]:
+    """The cheapest step from value x of state s: its number, direction, the way in if from outside, and what
+    is left to pay with it.
+
+    Args:
+        after: the value at whose toolpath the block was left, or x.
+    """
     low = 2 * blocks.path_start[k]
     stride = 2 * blocks.path_start[k + 1] - low
     u, side = blocks.value_path[x], x - blocks.value_start[s]
     best, move, flip, entry = np.inf, blocks.move_start[s], 0, ENTER_LEFT
+    top, down_set = 0, 0
     detours, first, last = -1, 0, 0
+    counted = is_counted(block_costs) and blocks.value_path[after] != NONE
+    if u != NONE or counted:
+        column, own = column_of(blocks, k, blocks.value_path[after])
+        first = blocks.value_path[after] - own
+        last = first + 2 * blocks.column_size[column]
+        top, down_set = find_top(blocks, s, after, 0 if first == 0 else 1)
     if u != NONE:
         detours = detour_row(blocks, block_costs, s, x)
-        column, own = column_of(blocks, k, u)
-        first = u - own
-        last = first + 2 * blocks.column_size[column]
     for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+        v = 2 * blocks.move_path[m]
+        if counted and first <= v < last and not may_follow(blocks, top, down_set, (v - first) // 2):
+            continue
         for f in range(2):
             v = 2 * blocks.move_path[m] + f
             w = value[blocks.move_value[m] + f] + paid.visit[(low + v) >> 1]
             if u != NONE:
                 cost = paid.arc[block_costs.arc_start[k] + u * stride + v]
-                if v < first:
-                    cost -= paid.price[LEAVE_LEFT, low + u] + paid.price[ENTER_RIGHT, low + v]
-                elif v >= last:
-                    cost -= paid.price[LEAVE_RIGHT, low + u] + paid.price[ENTER_LEFT, low + v]
+                if not first <= v < last:
+                    cost -= paid.price[LEFT_OFF, low + u] + paid.price[ENTERED, low + v]
                 if detours >= 0:
                     cost += block_costs.detour[detours + 2 * (m - blocks.move_start[s]) + f]
                 cost += w
@@ -122,7 +142,7 @@ def _next(
                     cost += block_costs.cross[k]
                 if cost < best:
                     best, move, flip, entry = cost, m, f, way
-    return move, flip, entry
+    return move, flip, entry, best
 
 
 @inner_kernel

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 
 from slicer.kernels import kernel
 from slicer.sequence.bound.ends import Ends
-from slicer.sequence.bound.paid import ENTER_LEFT, ENTER_RIGHT, LEAVE_LEFT, LEAVE_RIGHT, Paid, way_cost
+from slicer.sequence.bound.paid import (
+    ENTER_LEFT,
+    ENTER_RIGHT,
+    ENTERED,
+    LEAVE_LEFT,
+    LEAVE_RIGHT,
+    LEFT_OFF,
+    Paid,
+    way_cost,
+)
 from slicer.sequence.bound.pair_costs import BlockCosts, column_of, detour_row
 from slicer.sequence.states import OUTSIDE, Blocks
 
@@ -29,8 +38,8 @@ def bound_through_states(
     """float64 (s,), for each state a lower bound on all sequences that pass through it.
 
     Args:
-        value: what ``evaluate`` has filled in.
-        by_start: what ``roots`` gives for it.
+        value: what ``bound_by_start`` has filled in.
+        by_start: what it gave.
     """
     arc, price, passing = paid.arc, paid.price, paid.passing
     reached = np.empty(len(value))
@@ -62,27 +71,28 @@ def bound_through_states(
             from_right = min(reached[at + 1], reached[at] + block_costs.cross[k])
             for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
                 for f in range(2):
-                    v = 2 * blocks.move_path[m] + f
-                    if not blocks.allowed[low + v]:
-                        continue
-                    to = blocks.move_value[m] + f
-                    own = column_of(blocks, k, v)
-                    first = v - own[1]
-                    last = first + 2 * blocks.column_size[own[0]]
-                    best = from_left + way_cost(paid, ENTER_LEFT, low + v, in_left)
-                    best = min(best, from_right + way_cost(paid, ENTER_RIGHT, low + v, in_right))
-                    for x in range(at + OUTSIDE, end):
-                        u = blocks.value_path[x]
-                        cost = arc[block_costs.arc_start[k] + u * stride + v]
-                        if u < first:
-                            cost -= price[LEAVE_RIGHT, low + u] + price[ENTER_LEFT, low + v]
-                        elif u >= last:
-                            cost -= price[LEAVE_LEFT, low + u] + price[ENTER_RIGHT, low + v]
-                        detours = detour_row(blocks, block_costs, s, x)
-                        if detours >= 0:
-                            cost += block_costs.detour[detours + 2 * (m - blocks.move_start[s]) + f]
-                        best = min(best, reached[x] + cost)
-                    reached[to] = min(reached[to], best + paid.visit[(low + v) >> 1])
+                    v, to = low + 2 * blocks.move_path[m] + f, blocks.move_value[m] + f
+                    if blocks.allowed[v]:
+                        best = from_left + way_cost(paid, ENTER_LEFT, v, in_left)
+                        best = min(best, from_right + way_cost(paid, ENTER_RIGHT, v, in_right))
+                        reached[to] = min(reached[to], best + paid.visit[v >> 1])
+            for x in range(at + OUTSIDE, end):
+                u = blocks.value_path[x]
+                column, own = column_of(blocks, k, u)
+                first, last = u - own, u - own + 2 * blocks.column_size[column]
+                row, detour = block_costs.arc_start[k] + u * stride, detour_row(blocks, block_costs, s, x)
+                for m in range(blocks.move_start[s], blocks.move_start[s + 1]):
+                    v = 2 * blocks.move_path[m]
+                    for f in range(2):
+                        if not blocks.allowed[low + v + f]:
+                            continue
+                        to = blocks.move_value[m] + f
+                        cost = arc[row + v + f] + paid.visit[(low + v) >> 1]
+                        if not first <= v < last:
+                            cost -= price[LEFT_OFF, low + u] + price[ENTERED, low + v + f]
+                        if detour >= 0:
+                            cost += block_costs.detour[detour + 2 * (m - blocks.move_start[s]) + f]
+                        reached[to] = min(reached[to], reached[x] + cost)
             for x in range(at, end):
                 out[s] = min(out[s], reached[x] + value[x])
     return out

@@ -14,20 +14,22 @@ from slicer.sequence.bound.tree_bound import raise_tree_bound
 from slicer.sequence.problem import Search
 from slicer.sequence.states import Section, cover, relaxed_sets
 
-ARCS = {"quick": 300_000_000, "default": 6_500_000_000, "high": 60_000_000_000}
-"""Travels looked at in all steps, at about 0.5 ns each."""
+ARCS = {"quick": 200_000_000, "default": 3_000_000_000, "high": 60_000_000_000}
+"""Travels looked at in all steps, at about 0.7 ns each."""
 STEPS = {"quick": 20, "default": 40, "high": 100}
 """Steps for which states are made as fine as the travels allow; the rest of them goes into more steps."""
 MOST_STEPS = {"quick": 20, "default": 150, "high": 300}
-COUNTED_PACE = 40.0
-"""``PACE`` where steep tiles are printed one after the other."""
+LAST_LENGTHS = 0.4
+"""Over counts, the last step is so long a part of the cost, over the number of steps: such bounds end far
+below the cost, and shorter steps stay where they are. ihc_8x8 comes to 78.1 mm in 40 steps, and to 76.5 with
+the lengths that suit down-sets."""
 AT_ONCE, PER_LOOK = 20, 2
 """Steps between two looks at all states, or so many times as many as take as long as a look,"""
 MOST_BETWEEN = 2_500_000_000
 """but no more than look at so many travels: the clock is asked then, too."""
-USEFUL_STEPS, LEAST_STEPS = 45, 6
-"""Fewer steps than the first bring much less: ihc_16x16 comes to 242 mm after 25, to 249 after 45. Fewer than
-the second are no use."""
+USEFUL_STEPS, LEAST_STEPS = 30, 6
+"""Fewer steps than the first bring much less: ihc_16x16 comes to 266 mm after 20, to 270 after 30 and to 273
+after 40. Fewer than the second are no use."""
 STRETCH = 4
 """For so many steps, so many times as many travels may be looked at."""
 MOST_TRAVELS = 40_000_000
@@ -57,19 +59,21 @@ def _raise_by_pairs(search: Search) -> bool:
     if int(((2 * beside) ** 2).sum()) > MOST_TRAVELS or size.max() > MOST_TOOLPATHS:
         return False
     most = ARCS[search.effort]
-    sets, arcs = relaxed_sets(section, most // STEPS[search.effort])
-    if LEAST_STEPS * arcs > STRETCH * most:
+    relaxed = relaxed_sets(section, most // STEPS[search.effort], STRETCH * most // LEAST_STEPS)
+    if relaxed is None:
         return False
+    sets, _ = relaxed
     bound = PairBound.over(section, sets, cover(sets))
     if search.should_stop():
         return False
     bound.see_walls(search.cost)
-    bound.pace = PACE if sets.complete else COUNTED_PACE
-    arcs = max(1, bound.climbed.blocks.arcs)
+    bound.pace = PACE
+    arcs = max(1, bound.looked_at.arcs)
     useful = min(USEFUL_STEPS, STRETCH * most // arcs)
     steps = int(np.clip(most // arcs, max(LEAST_STEPS, useful), MOST_STEPS[search.effort]))
     at_once = max(1, min(max(AT_ONCE, PER_LOOK * bound.blocks.arcs // arcs), MOST_BETWEEN // arcs))
-    lengths, looked_at = step_lengths(steps), 0
+    lengths = step_lengths(steps) if sets.complete else step_lengths(steps, last=LAST_LENGTHS / steps)
+    looked_at = 0
     for done in range(0, steps, at_once):
         if looked_at > STRETCH * most or search.proved or search.should_stop():
             break

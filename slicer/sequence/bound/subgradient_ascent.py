@@ -32,15 +32,16 @@ NOWHERE = 1e-12
 """Walks whose subgradient is so short agree."""
 
 
-def step_lengths(steps: int, gap: float = 1.0) -> NDArray[np.float64]:
+def step_lengths(steps: int, gap: float = 1.0, last: float = LAST_LENGTH) -> NDArray[np.float64]:
     """float64 (steps,), the lengths of so many steps, as parts of the cost.
 
     Args:
         steps: how many.
         gap: of the cost, the part that the bound is below it; with a small one steps are shorter at first.
+        last: the length of the last one.
     """
-    first = min(max(AGAIN_LENGTH * gap, LAST_LENGTH), FIRST_LENGTH)
-    return np.geomspace(first, LAST_LENGTH, steps)
+    first = min(max(AGAIN_LENGTH * gap, last), FIRST_LENGTH)
+    return np.geomspace(first, last, steps)
 
 
 class Ascent(NamedTuple):

@@ -72,7 +72,7 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
         worth = search.cost < begun and search.pays(SECONDS * affordable * search.problem.n)
         if encouraged and not worth:
             break
-        steps = min(steps, MOST_STEPPED[search.effort] // max(1, bound.climbed.blocks.arcs))
+        steps = min(steps, MOST_STEPPED[search.effort] // max(1, bound.looked_at.arcs))
         width = max(LEAST_WIDTH, affordable // (SUCCESSORS_PER_COLUMN * bound.section.columns))
         raise_bound(search, bound, budget, steps, complete=complete)
         if bound.bound >= search.cost or search.should_stop():

@@ -9,7 +9,9 @@ from slicer.sequence.problem import Search
 ARCS_PER_NODE = 60
 """So many arcs of the bound are looked at in the time in which a search generates one node."""
 MOST_BETWEEN = 300_000_000
-"""Arcs of the bound that steps look at between two looks at the clock, in ten steps at most."""
+"""Arcs of the bound that steps look at between two looks at the clock,"""
+AT_ONCE, MANY_AT_ONCE = 10, 30
+"""in so many steps at most; or in so many where they look at some states of many, and then at all again."""
 
 
 @dataclass
@@ -32,8 +34,9 @@ def raise_bound(search: Search, bound: PairBound, budget: WorkBudget, steps: int
     """Raise a bound by some steps, go to its best multipliers, and tell the search where it is complete."""
     lengths = step_lengths(steps, bound.gap(search.cost))
     while len(lengths):
-        arcs = bound.climbed.blocks.arcs
-        count = max(1, min(10, MOST_BETWEEN // max(1, arcs), len(lengths)))
+        arcs = bound.looked_at.arcs
+        most = MANY_AT_ONCE if bound.looked_at.chooses else AT_ONCE
+        count = max(1, min(most, MOST_BETWEEN // max(1, arcs), len(lengths)))
         budget.spent += bound.arcs_of(count) // ARCS_PER_NODE
         at_rest = bound.improve(search.cost, lengths[:count])
         lengths = lengths[count:]

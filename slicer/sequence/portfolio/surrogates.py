@@ -31,7 +31,7 @@ from slicer.sequence.problem import Method, ObjectiveName, Search, direct_cost, 
 
 SURROGATES: tuple[ObjectiveName, ...] = ("straight", "time")
 """Objectives that do not need the skyline, or are taken without it."""
-WINDOW_WORK = {"quick": 1_000, "default": 14_000, "high": 20_000}
+WINDOW_WORK = {"quick": 1_000, "default": 18_000, "high": 20_000}
 """Work of the windows for each toolpath, see ``WorkBudget``."""
 REFINE_S = 3e-3
 """Seconds that windows and exchanges by the true cost take for each toolpath."""

@@ -3,7 +3,7 @@ the skylines over them.
 """
 
 from slicer.sequence.states.block_states import OUTSIDE
-from slicer.sequence.states.blocks import Blocks, connect, cover
+from slicer.sequence.states.blocks import Blocks, Follows, connect, cover
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
 from slicer.sequence.states.corridor import Corridor, extent, set_sizes
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
@@ -31,6 +31,7 @@ __all__ = [
     "Blocks",
     "Corridor",
     "DownSets",
+    "Follows",
     "Ground",
     "Needs",
     "Section",

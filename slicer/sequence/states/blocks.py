@@ -19,6 +19,22 @@ from slicer.sequence.states.section import NONE, Section
 __all__ = ["OUTSIDE", "Blocks", "connect", "cover"]
 
 
+class Follows(NamedTuple):
+    """What may come next of a column, see ``DownSets``.
+
+    Attributes:
+        step_start, step_path: int32, the steps of each down-set, as toolpaths of their column.
+        top_start: int32, where its maximal elements begin.
+        start, steps: int32, for each of those which steps may follow.
+    """
+
+    step_start: NDArray[np.int32]
+    step_path: NDArray[np.int32]
+    top_start: NDArray[np.int32]
+    start: NDArray[np.int32]
+    steps: NDArray[np.int32]
+
+
 class Blocks(NamedTuple):
     """The state graphs of all blocks, one after the other; every step leads to a higher number.
 
@@ -38,6 +54,7 @@ class Blocks(NamedTuple):
             counted on through the blocks).
         dense: int64 (s,), the row-major number of each state among the tuples of down-sets.
         end_set: int32 (s, 2), the down-sets of each state's first and last column, in ``DownSets``' numbers.
+        follows: which steps of a down-set may come next of a column, see ``Follows``.
         down_sets: how many there are of all columns.
         home: int32 (c, 2), the first and the last block that has a column.
         column_size: int32 (c,), the number of toolpaths of each column.
@@ -57,6 +74,7 @@ class Blocks(NamedTuple):
     allowed: NDArray[np.bool_]
     dense: NDArray[np.int64]
     end_set: NDArray[np.int32]
+    follows: Follows
     down_sets: int
     home: NDArray[np.int32]
     column_size: NDArray[np.int32]
@@ -161,6 +179,7 @@ def connect(
         section.allowed[path].ravel(),
         numbers.dense,
         _end_sets(sets, bounds, numbers.state_start, numbers.dense),
+        Follows(sets.step_start, sets.local[sets.step_path], sets.top_start, sets.follow_start, sets.follows),
         int(sets.start[-1]),
         np.minimum(home, len(bounds) - 2).astype(np.int32),
         sets.size,

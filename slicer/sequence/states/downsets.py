@@ -15,6 +15,8 @@ from slicer.sequence.states.one_column import UNLIMITED, column_down_sets, maxim
 from slicer.sequence.states.section import NONE, Section
 
 WIDEST_CORRIDOR = 8
+NOTHING_MORE = (np.zeros(1, np.int32), np.empty(0, np.int32))
+"""``DownSets.follow_start`` and ``follows`` where every step may come next."""
 
 
 class DownSets(NamedTuple):
@@ -26,6 +28,8 @@ class DownSets(NamedTuple):
         step_path, step_to, step_slot: int32, the toolpath that a step prints, the down-set it leads to,
             and its place among the maximal elements of that one.
         top_start, top_path: int32, the maximal elements of each down-set, in the same form.
+        follow_start, follows: int32, for each maximal element the steps of its down-set, counted there, that
+            can come next of the column where it was the last one; empty where these are all steps anyway.
         local: int32 (n,), the number of each toolpath in its column.
         size: int32 (c,), the number of toolpaths in each column.
         corridor: int32 (c,); ``UNLIMITED`` where all down-sets are there. Otherwise only those that
@@ -39,6 +43,8 @@ class DownSets(NamedTuple):
     step_slot: NDArray[np.int32]
     top_start: NDArray[np.int32]
     top_path: NDArray[np.int32]
+    follow_start: NDArray[np.int32]
+    follows: NDArray[np.int32]
     local: NDArray[np.int32]
     size: NDArray[np.int32]
     corridor: NDArray[np.int32]
@@ -128,6 +134,7 @@ def _down_sets(
         joined[3],
         np.append(joined[4], np.int32(tops)),
         joined[5],
+        *NOTHING_MORE,
         local,
         np.diff(begin).astype(np.int32),
         corridor,

@@ -10,10 +10,12 @@ hold, and searches have no use for them. Where every group is one toolpath, or o
 are the down-sets.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.downsets import DownSets, all_down_sets
+from slicer.sequence.states.downsets import NOTHING_MORE, DownSets, all_down_sets
 from slicer.sequence.states.section import NONE, Section
 
 COUNTED = -1
@@ -26,7 +28,21 @@ LARGEST_NUMBER = 2**62
 SAME_DIRECTION_DEG = 1e-4
 
 
-def relaxations(part: Section, most: int) -> list[DownSets]:
+class Relaxation(NamedTuple):
+    """States of a column.
+
+    Attributes:
+        sets: they, as if they were down-sets.
+        groups: int64 (n,), the group of each toolpath; None where they are down-sets.
+        printed: int64 (d, g), how many of each group are printed; None likewise.
+    """
+
+    sets: DownSets
+    groups: NDArray[np.int64] | None = None
+    printed: NDArray[np.int64] | None = None
+
+
+def relaxations(part: Section, most: int) -> list[Relaxation]:
     """The states of a section of one column, from the coarsest counts to the finest and to the down-sets.
 
     Groups are runs of parallel neighbours, or joined families of these, down to a single group, which has one
@@ -37,15 +53,50 @@ def relaxations(part: Section, most: int) -> list[DownSets]:
         most: down-sets, which come last, are no more than so many.
     """
     before = _before(part)
-    out: list[DownSets] = []
+    out: list[Relaxation] = []
     for groups in _groupings(part.segments):
         counted = _counted(part, before, groups, max(part.n + 1, MOST_STATES))
         if counted is None:
             break
-        if not out or not np.array_equal(counted.step_to, out[-1].step_to):
+        if not out or not np.array_equal(counted.sets.step_to, out[-1].sets.step_to):
             out.append(counted)
     exact = all_down_sets(part, most)
-    return out if exact is None else [*out, exact]
+    return out if exact is None else [*out, Relaxation(exact)]
+
+
+def with_what_follows(part: Section, states: Relaxation) -> DownSets:
+    """The states, with what may come next where a toolpath was the last one, see ``DownSets.follows``.
+
+    All that must come before either of the two is printed then, but for the second one, and nothing that must
+    come after either. So a state has to have room for both, which is more than each needs alone.
+    """
+    sets, groups, printed = states
+    steps, tops = np.diff(sets.step_start), np.diff(sets.top_start)
+    state = np.repeat(np.arange(len(steps)), steps * tops)
+    rank = np.arange(len(state)) - np.repeat(np.cumsum(steps * tops) - steps * tops, steps * tops)
+    top, step = sets.top_start[state] + rank // steps[state], rank % steps[state]
+    if groups is not None and printed is not None:
+        last, after = sets.top_path[top], sets.step_path[sets.step_start[state] + step]
+        before = _before(part)
+        same = np.eye(part.n, dtype=np.bool_)
+        fits = ~never_follows(part)[last, after]
+        for g in range(int(groups.max()) + 1):
+            own = groups == g
+            done = _either((before | same)[own], before[own])[last, after]
+            waiting = _either(before.T[own], (before | same).T[own])[last, after]
+            fits &= (done <= printed[state, g]) & (printed[state, g] <= own.sum() - waiting)
+        top, step = top[fits], step[fits]
+    start = np.searchsorted(top, np.arange(len(sets.top_path) + 1)).astype(np.int32)
+    return sets._replace(follow_start=start, follows=step.astype(np.int32))
+
+
+def _either(of_last: NDArray[np.bool_], of_next: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """int64 (n, n), [a, b]: of how many toolpaths of a group, bool (g, n), a is true in the first or b in the
+    second."""
+    both = of_last.T.astype(np.float32) @ of_next.astype(np.float32)
+    either = of_last.sum(axis=0)[:, None] + of_next.sum(axis=0)[None] - np.round(both)
+    out: NDArray[np.int64] = either.astype(np.int64)
+    return out
 
 
 def never_follows(part: Section) -> NDArray[np.bool_]:
@@ -106,7 +157,7 @@ def _groupings(segments: NDArray[np.float64]) -> list[NDArray[np.int64]]:
 
 def _counted(
     part: Section, before: NDArray[np.bool_], groups: NDArray[np.int64], limit: int
-) -> DownSets | None:
+) -> Relaxation | None:
     """The states that some walk from nothing to everything passes; None if there are more than ``limit``."""
     n, count = part.n, int(groups.max()) + 1
     size = np.bincount(groups, minlength=count)
@@ -120,7 +171,8 @@ def _counted(
     least = np.stack([before[groups == g].sum(axis=0) for g in range(count)])
     most = size[:, None] - np.stack([before[:, groups == g].sum(axis=1) for g in range(count)])
     most[groups, np.arange(n)] -= 1
-    widths, steps = [1], []  # of each layer: [state, toolpath, state of the next layer]
+    widths, layers = [1], [np.zeros(1, np.int64)]
+    steps = []  # of each layer: [state, toolpath, state of the next layer]
     now, total = np.zeros(1, np.int64), 1
     for m in range(n):
         fits = np.ones((len(now), n), np.bool_)
@@ -137,12 +189,21 @@ def _counted(
             return None
         steps.append(np.stack([state, path, to]))
         widths.append(len(after))
+        layers.append(after)
         now = after
-    return _numbered(n, widths, steps)
+    sets, kept = _numbered(n, widths, steps)
+    code = np.concatenate([layer[alive] for layer, alive in zip(layers, kept, strict=True)])
+    return Relaxation(sets, groups, code[:, None] // weight % (size + 1))
 
 
-def _numbered(n: int, widths: list[int], steps: list[NDArray[np.int64]]) -> DownSets:
-    """Number the states layer by layer, without those from which not everything can be printed."""
+def _numbered(
+    n: int, widths: list[int], steps: list[NDArray[np.int64]]
+) -> tuple[DownSets, list[NDArray[np.bool_]]]:
+    """Number the states layer by layer, without those from which not everything can be printed.
+
+    Returns:
+        them, and for each layer which states are left.
+    """
     alive = np.ones(1, np.bool_)
     kept, numbers = [alive], []
     for m in range(n - 1, -1, -1):
@@ -161,7 +222,7 @@ def _numbered(n: int, widths: list[int], steps: list[NDArray[np.int64]]) -> Down
     # What can be the last toolpath of a state: whatever leads to it.
     tops, slot = np.unique(to * n + path, return_inverse=True)
     top_start = np.searchsorted(tops // n, np.arange(begin + 1))
-    return DownSets(
+    sets = DownSets(
         np.array([0, begin], np.int32),
         np.searchsorted(source, np.arange(begin + 1)).astype(np.int32),
         path.astype(np.int32),
@@ -169,7 +230,9 @@ def _numbered(n: int, widths: list[int], steps: list[NDArray[np.int64]]) -> Down
         (slot.ravel() - top_start[to]).astype(np.int32),
         top_start.astype(np.int32),
         (tops % n).astype(np.int32),
+        *NOTHING_MORE,
         np.arange(n, dtype=np.int32),
         np.array([n], np.int32),
         np.array([COUNTED], np.int32),
     )
+    return sets, kept

@@ -7,15 +7,19 @@ from numpy.typing import NDArray
 
 from slicer.sequence.states.corridor import extent, pairs_of
 from slicer.sequence.states.downsets import DownSets, all_down_sets
-from slicer.sequence.states.group_counts import relaxations
+from slicer.sequence.states.group_counts import relaxations, with_what_follows
 from slicer.sequence.states.section import Section
 
+MOST_FOLLOWING = 4_000_000
+"""What may follow is told of each end and step of a column's states, at 100 bytes each while it is found."""
 MOST_DOWN_SETS = 6_000
 """A column with more has too many to be worth their numbering."""
 
 
-def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
+def relaxed_sets(section: Section, most_arcs: int, too_many: float = np.inf) -> tuple[DownSets, int] | None:
     """States of each column, and how many travels the bound over pairs of columns then looks at.
+
+    None where there are too many.
 
     Where ``most_arcs`` allows all down-sets, these are it. Else all columns begin with what makes the whole
     cheapest; then, as long as ``most_arcs`` allow, the step to a
@@ -24,6 +28,7 @@ def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
     Args:
         section: what is ordered, with a free end; rows of its precedence between columns are not seen.
         most_arcs: as many travels, if there is any such choice.
+        too_many: with more travels there is no such bound.
     """
     whole = all_down_sets(section, MOST_DOWN_SETS)
     if whole is not None:  # nothing is finer
@@ -31,8 +36,9 @@ def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
         if arcs <= most_arcs:
             return whole, arcs
     paths = [np.flatnonzero(section.column == c).astype(np.int32) for c in range(section.columns)]
-    choices = [relaxations(section.part(section.column == c), MOST_DOWN_SETS) for c in range(section.columns)]
-    sizes = [[_size(sets) for sets in column] for column in choices]
+    parts = [section.part(section.column == c) for c in range(section.columns)]
+    choices = [relaxations(part, MOST_DOWN_SETS) for part in parts]
+    sizes = [[_size(states.sets) for states in column] for column in choices]
     chosen = [0] * section.columns
     arcs = _arcs(sizes, chosen)
     while True:  # cheaper
@@ -49,7 +55,12 @@ def relaxed_sets(section: Section, most_arcs: int) -> tuple[DownSets, int]:
         if cost > most_arcs:
             break
         arcs, chosen = cost, trial
-    return _joined(section.n, paths, [column[t] for column, t in zip(choices, chosen, strict=True)]), arcs
+    if arcs > too_many or max(column[t][3] for column, t in zip(sizes, chosen, strict=True)) > MOST_FOLLOWING:
+        return None
+    best = [
+        with_what_follows(part, column[t]) for part, column, t in zip(parts, choices, chosen, strict=True)
+    ]
+    return _joined(section.n, paths, best), arcs
 
 
 def _others(sizes: list[list[NDArray[np.int64]]], chosen: list[int]) -> list[list[int]]:
@@ -81,9 +92,11 @@ def _joined(n: int, paths: list[NDArray[np.int32]], parts: list[DownSets]) -> Do
     local = np.empty(n, np.int32)
     for own, sets in zip(paths, parts, strict=True):
         local[own] = sets.local
-    start, step_start, top_start = (
+    start, step_start, top_start, follow_start = (
         np.concatenate([[0], np.cumsum([ends[-1] for ends in of_parts])])
-        for of_parts in zip(*[(s.start, s.step_start, s.top_start) for s in parts], strict=True)
+        for of_parts in zip(
+            *[(s.start, s.step_start, s.top_start, s.follow_start) for s in parts], strict=True
+        )
     )
     return DownSets(
         start.astype(np.int32),
@@ -93,6 +106,8 @@ def _joined(n: int, paths: list[NDArray[np.int32]], parts: list[DownSets]) -> Do
         np.concatenate([s.step_slot for s in parts]),
         _through([s.top_start for s in parts], top_start),
         np.concatenate([own[s.top_path] for own, s in zip(paths, parts, strict=True)]),
+        _through([s.follow_start for s in parts], follow_start),
+        np.concatenate([s.follows for s in parts]),
         local,
         np.array([len(own) for own in paths], np.int32),
         np.concatenate([s.corridor for s in parts]),

@@ -190,7 +190,7 @@ def detours_within(bound: PairBound, column: int) -> list[dict[tuple[int, int, i
         low, width = blocks.path_start[k], blocks.bounds[k + 1] - blocks.bounds[k] + 1
         for s in range(blocks.state_start[k], blocks.state_start[k + 1]):
             row = first[k] + (s - blocks.state_start[k]) * width
-            at = costs.detour_start[s]
+            at = costs.detour_start[s + 1]
             for u in blocks.value_path[blocks.value_start[s] + OUTSIDE : blocks.value_start[s + 1]]:
                 for path in blocks.move_path[blocks.move_start[s] : blocks.move_start[s + 1]]:
                     ends = blocks.path[low + (u >> 1)], blocks.path[low + path]

@@ -16,6 +16,7 @@ from slicer.hatch import hatch
 from slicer.sequence import Problem, solve
 from slicer.sequence.bound import raise_relaxed_bound, relaxed_bound, step_lengths, tree_bound
 from slicer.sequence.bound.pair_bound import PairBound
+from slicer.sequence.bound.subgradient_ascent import MOMENTUM, begin_ascent
 from slicer.sequence.bound.tree_bound import STEPS, TreeBound, raise_tree_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.problem.objective import Objective
@@ -209,3 +210,56 @@ def test_a_tree_takes_a_hop_that_is_joined_one_way_only_as_that_way():
         result = solve(problem, method=method, objective=goal)
         assert result.lower_bound <= best + 1e-9
         assert not result.proved or result.cost == pytest.approx(best)
+
+
+@pytest.mark.parametrize("name", ["straight", "time"])
+def test_over_counts_the_slope_is_that_of_the_bound(name):
+    """On a steep sheet, where walks would often take what cannot follow."""
+    bound = counted(steep(4, 4, 1), GOALS[name])
+    random = np.random.default_rng(0)
+
+    def at(multipliers: np.ndarray) -> tuple[float, np.ndarray]:
+        bound._ascent = begin_ascent(multipliers)
+        bound.improve(1.0, np.zeros(1))
+        return float(bound._ascent.bound[0]), bound._ascent.direction / (1.0 - MOMENTUM)
+
+    for _ in range(4):
+        here = bound.best + random.normal(0.0, 0.05, len(bound.best))
+        value, slope = at(here)
+        for _ in range(3):
+            way = random.normal(0.0, 1e-8, len(here))
+            assert at(here + way)[0] - value == pytest.approx(float(slope @ way), abs=1e-10)
+
+
+def test_what_cannot_follow_raises_the_bound_over_counts():
+    problem = steep(4, 4, 1)
+    bound, loose = counted(problem, GOALS["straight"]), counted(problem, GOALS["straight"])
+    follows = loose.blocks.follows
+    tops = np.repeat(np.arange(len(follows.top_start) - 1), np.diff(follows.top_start))
+    steps = np.diff(follows.step_start)[tops]
+    anything = follows._replace(
+        start=np.concatenate([[0], np.cumsum(steps)]).astype(np.int32),
+        steps=np.concatenate([np.arange(k) for k in steps]).astype(np.int32),
+    )
+    loose.blocks = loose.blocks._replace(follows=anything)
+    for one in (bound, loose):
+        one.improve(30.0, step_lengths(40, last=0.01))
+    assert bound.bound > 1.02 * loose.bound
+
+
+def test_counts_in_blocks_of_more_than_two_columns_are_refused():
+    problem = steep(4, 2, 1)
+    section = Section.whole(problem, GOALS["straight"])
+    sets, _ = relaxed_sets(section, 0)
+    assert (sets.corridor == COUNTED).any()
+    with pytest.raises(ValueError, match="two columns"):
+        PairBound.over(section, sets, np.array([0, 2, 3], np.int32))
+
+
+def test_what_may_follow_is_not_made_where_it_cannot_be_used(monkeypatch):
+    section = Section.whole(steep(2, 4, 1), GOALS["straight"])
+    _, arcs = relaxed_sets(section, 0)
+    assert relaxed_sets(section, 0, arcs - 1) is None
+    assert relaxed_sets(section, 0, arcs) is not None
+    monkeypatch.setattr(relaxed_columns, "MOST_FOLLOWING", 100)
+    assert relaxed_sets(section, 0) is None

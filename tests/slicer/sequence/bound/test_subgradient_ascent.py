@@ -13,8 +13,8 @@ from slicer.generate import random_walk
 from slicer.hatch import hatch
 from slicer.nozzle import POINT
 from slicer.sequence import Problem, solve
-from slicer.sequence.bound import pair_bound, step_lengths
-from slicer.sequence.bound.nearby import near_states
+from slicer.sequence.bound import nearby, pair_bound, step_lengths
+from slicer.sequence.bound.nearby import Nearby, near_states
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.bound.subgradient_ascent import (
     FIRST_LENGTH,
@@ -176,7 +176,7 @@ def test_it_looks_at_near_states_alone_and_at_all_where_those_mislead():
     whole, near, narrow = (PairBound.over(section, sets, cover(sets)) for _ in range(3))
     near.pace, narrow.pace = 28.0, 4.0
     chosen = near_states(section, sets, near.blocks, 28.0)
-    assert len(near.climbed.blocks.dense) <= chosen.sum() < 0.7 * len(near.blocks.dense)
+    assert len(near.looked_at.near.blocks.dense) <= chosen.sum() < 0.7 * len(near.blocks.dense)
     lengths = step_lengths(40)
     for bound in (whole, near, narrow):
         for at in range(0, 40, 10):
@@ -185,3 +185,78 @@ def test_it_looks_at_near_states_alone_and_at_all_where_those_mislead():
     assert near.bound == pytest.approx(whole.bound, rel=1e-3)
     assert np.min(narrow.pace) >= 4.0 < np.max(narrow.pace)
     assert narrow.bound > 0.95 * whole.bound
+
+
+@pytest.fixture
+def chosen(monkeypatch):
+    """Let ascents on small sheets choose as on large ones, and note how many states they choose of how many."""
+    monkeypatch.setattr(nearby, "MANY", 0)
+    monkeypatch.setattr(nearby, "LEAST_STEPS", 1)
+    counts: list[tuple[int, int]] = []
+    choose = Nearby._choose
+
+    def noted(self, *at):
+        out = choose(self, *at)
+        counts.append((len(out.blocks.dense), len(self.near.blocks.dense)))
+        return out
+
+    monkeypatch.setattr(Nearby, "_choose", noted)
+    return counts
+
+
+def climbed(section, sets, cost, steps=60) -> PairBound:
+    bound = PairBound.over(section, sets, cover(sets))
+    lengths = step_lengths(steps)
+    for at in range(0, steps, 20):
+        bound.improve(cost, lengths[at : at + 20])
+    return bound
+
+
+@pytest.mark.parametrize("objective", [TIME, Objective()])
+def test_where_walks_are_cheap_it_rises_as_it_would_among_all(chosen, monkeypatch, objective):
+    problem = Problem.build(hatch(random_walk(6, 6, seed=1)).segments)
+    section = Section.whole(problem, objective)
+    sets = down_sets(section, 10**6)
+    cost = solve(problem, objective=objective).cost
+    chosen.clear()
+    few = climbed(section, sets, cost)
+    assert chosen
+    assert all(some < 0.5 * states for some, states in chosen)
+    monkeypatch.setattr(nearby, "MANY", np.inf)
+    assert few.bound == pytest.approx(climbed(section, sets, cost).bound, rel=1e-3)
+
+
+def test_it_looks_farther_where_the_chosen_states_mislead(chosen, monkeypatch):
+    monkeypatch.setattr(nearby, "STRIDE", np.inf)
+    monkeypatch.setattr(nearby, "LEAST_SHARE", 0.0)
+    problem = Problem.build(hatch(random_walk(4, 4, seed=1)).segments)
+    section = Section.whole(problem, TIME)
+    sets = down_sets(section, 10**6)
+    bound = PairBound.over(section, sets, cover(sets))
+    bound.looked_at.reach = 0.01
+    cost = solve(problem, objective=TIME).cost
+    bound.improve(cost, step_lengths(40))
+    assert bound.looked_at.reach > 0.01
+    assert bound.bound <= cost + 1e-9
+    assert bound._evaluate(bound.best).min() == bound.bound
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), objective=st.sampled_from(OBJECTIVES), body=st.just(POINT) | bodies())
+def test_among_chosen_states_it_bounds_all(sheet, seed, objective, body):
+    section = section_of(sheet(seed, 20, 3), objective, seed, body)
+    assume(section.last == NONE)
+    sets = down_sets(section, 10**6)
+    first = None if section.first == NONE else section.first
+    cost = solve(Problem.build(section.segments, body=body, first=first), objective=objective).cost
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(nearby, "MANY", 0)
+        patch.setattr(nearby, "LEAST_STEPS", 1)
+        bound = PairBound.over(section, sets, cover(sets))
+        bound.see_walls(np.inf)
+        last = bound._evaluate(bound.best).min()
+        for _ in range(3):
+            bound.improve(cost, step_lengths(10))
+            assert last - 1e-9 <= bound.bound <= cost + 1e-9
+            assert bound._evaluate(bound.best).min() == bound.bound
+            last = bound.bound

@@ -1,5 +1,7 @@
 """Counts of groups: every sequence is a walk through them."""
 
+from dataclasses import replace
+
 import numpy as np
 from fields import random_extension, relation, segment_sets
 from hypothesis import assume, given, settings
@@ -8,21 +10,26 @@ from hypothesis import strategies as st
 from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.downsets import DownSets
-from slicer.sequence.states.group_counts import _counted, never_follows, relaxations
+from slicer.sequence.states.group_counts import _counted, never_follows, relaxations, with_what_follows
 from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.section import Section
 
 
 def walks_through(sets: DownSets, order: list[int], column: int) -> bool:
-    """Whether a column's toolpaths, in this order, are steps from its first state to its last."""
-    at = sets.start[column]
+    """Whether a column's toolpaths, in this order, are steps from its first state to its last, and may follow."""
+    at, last = sets.start[column], None
     for s in order:
         steps = range(sets.step_start[at], sets.step_start[at + 1])
         taken = [e for e in steps if sets.step_path[e] == s]
         if len(taken) != 1:
             return False
+        if last is not None and len(sets.follows):
+            may = sets.follows[sets.follow_start[last] : sets.follow_start[last + 1]]
+            if taken[0] - sets.step_start[at] not in may:
+                return False
         at = sets.step_to[taken[0]]
-        if sets.top_path[sets.top_start[at] + sets.step_slot[taken[0]]] != s:
+        last = sets.top_start[at] + sets.step_slot[taken[0]]
+        if sets.top_path[last] != s:
             return False
     return at == sets.start[column + 1] - 1
 
@@ -42,7 +49,7 @@ def test_every_printable_order_is_a_walk(segments, seed):
         part = section.part(section.column == c)
         place = {int(s): k for k, s in enumerate(np.flatnonzero(section.column == c))}
         for choice in relaxations(part, 1_000):
-            assert walks_through(choice, [place[s] for s in own], 0)
+            assert walks_through(with_what_follows(part, choice), [place[s] for s in own], 0)
         never = never_follows(part)
         for s, t in zip(order[:-1], order[1:], strict=True):
             if section.column[s] == section.column[t] == c:
@@ -56,7 +63,7 @@ def test_they_go_from_one_group_to_the_down_sets(segments):
     section = Section.whole(Problem.build(segments), Objective())
     for c in range(section.columns):
         part = section.part(section.column == c)
-        choices = relaxations(part, 1_000)
+        choices = [choice.sets for choice in relaxations(part, 1_000)]
         assert choices[0].counts.tolist() == [part.n + 1]
         assert choices[-1].complete
         assert [choice.complete for choice in choices[:-1]] == [False] * (len(choices) - 1)
@@ -69,6 +76,37 @@ def test_numbers_of_many_groups_are_exact_beyond_what_floats_hold():
     part = section.part(section.column == 0)
     before = np.triu(np.ones((72, 72), np.bool_), 1)
     groups = np.arange(72) // 2  # 3^36 numbers, between 2^53 and 2^62
-    sets = _counted(part, before, groups, 4_000)
+    sets = _counted(part, before, groups, 4_000).sets
     assert sets.counts.tolist() == [73]
     assert walks_through(sets, list(range(72)), 0)
+
+
+def test_what_follows_has_room_for_what_both_toolpaths_need():
+    """Two stacks side by side: the top of one cannot come after the bottom of the other too early or too late."""
+    stacks = [[[x, y], [x + 0.4, y]] for x in (0.0, 0.5) for y in (0.0, 0.1, 0.2)]
+    section = Section.whole(Problem.build(np.array(stacks)), Objective())
+    part = replace(section, column=np.zeros(6, np.int32), extent=np.array([[0.0, 0.9]]))
+    one_group = relaxations(part, 0)[0]
+    sets = with_what_follows(part, one_group)
+    assert one_group.groups.tolist() == [0] * 6
+    bottom, top = 0, 5
+    by_count = []
+    for d in range(7):
+        for t in range(sets.top_start[d], sets.top_start[d + 1]):
+            if sets.top_path[t] == bottom:
+                next_ones = sets.step_start[d] + sets.follows[sets.follow_start[t] : sets.follow_start[t + 1]]
+                steps = sets.step_path[sets.step_start[d] : sets.step_start[d + 1]]
+                by_count.append(
+                    (int(one_group.printed[d, 0]), top in steps, top in sets.step_path[next_ones])
+                )
+    # The bottom alone, then what is under the top as well; after it, all else of its own stack is left.
+    assert by_count == [(1, False, False), (2, True, False), (3, True, True), (4, True, False)]
+
+
+def test_real_down_sets_let_all_steps_follow():
+    section = Section.whole(Problem.build(np.array([[[x, 0.0], [x, 1.0]] for x in (0.0, 0.1)])), Objective())
+    part = section.part(section.column == 0)
+    sets = with_what_follows(part, relaxations(part, 100)[-1])
+    assert np.array_equal(
+        np.diff(sets.follow_start), np.repeat(np.diff(sets.step_start), np.diff(sets.top_start))
+    )
