@@ -23,7 +23,7 @@ LAST_LENGTHS = 0.4
 """Over counts, the last step is so long a part of the cost, over the number of steps: such bounds end far
 below the cost, and shorter steps stay where they are. ihc_8x8 comes to 78.1 mm in 40 steps, and to 76.5 with
 the lengths that suit down-sets."""
-AT_ONCE, PER_LOOK = 20, 2
+AT_ONCE, PER_LOOK = 20, 1
 """Steps between two looks at all states, or so many times as many as take as long as a look,"""
 MOST_BETWEEN = 2_500_000_000
 """but no more than look at so many travels: the clock is asked then, too."""
