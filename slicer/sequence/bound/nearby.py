@@ -135,8 +135,10 @@ class Nearby:
     @property
     def chooses(self) -> bool:
         """Whether some of the near states are chosen."""
-        # Walks through counts can turn anywhere, and are soon among other states.
-        return self.near.blocks.arcs >= MANY and not (self.sets.corridor == COUNTED).any()
+        # Walks through counts can turn anywhere, and are soon among other states. Where a nozzle's body ties
+        # columns, rounds have too few steps for it: a proof of muscle_us_8x8 on marlin-syringe was lost.
+        counted, tied = (self.sets.corridor == COUNTED).any(), len(self.section.ties) > 0
+        return bool(self.near.blocks.arcs >= MANY and not counted and not tied)
 
     @property
     def arcs(self) -> int:
