@@ -33,7 +33,8 @@ after 40. Fewer than the second are no use."""
 STRETCH = 4
 """For so many steps, so many times as many travels may be looked at."""
 MOST_TRAVELS = 40_000_000
-"""Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each."""
+"""Travels between the toolpaths of neighbouring columns that are tabulated at all, at 16 bytes each, and
+25 more for those whose multipliers move."""
 MOST_TOOLPATHS = 1_500
 """A column with more has so many counts and steps that telling them apart alone takes too long."""
 
