@@ -12,6 +12,7 @@ from slicer.kernels.decorators import (
     is_kept,
     kernel,
     tell_of_compiling,
+    vector_inner_kernel,
     widest,
 )
 
@@ -22,5 +23,6 @@ __all__ = [
     "is_kept",
     "kernel",
     "tell_of_compiling",
+    "vector_inner_kernel",
     "widest",
 ]

@@ -28,6 +28,8 @@ from numba.core.runtime.nrt import rtsys
 # What numba's runtime is asked to do for an array that a kernel creates.
 COUNTS_REFERENCES = ("NRT_incref", "NRT_decref")
 PACKED, FAST = "packed", 1
+IN_VECTORS = "in_vectors"
+"""What a dispatcher has whose kernel works on vectors."""
 FOR_PYTHON, ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
 
 
@@ -36,6 +38,8 @@ class LeanLibrary(codegen.JITCodeLibrary):
 
     _waits = False
     """Whether there are instructions here, but no machine code yet."""
+    _in_vectors = False
+    """Whether like operations side by side are made one on vectors."""
     _packed: bytes | None = None
     """The instructions that came with machine code from disk, as long as no kernel has asked for them."""
 
@@ -52,7 +56,7 @@ class LeanLibrary(codegen.JITCodeLibrary):
             # The cheap passes bring counts of references together, and then they are dropped before the rest.
             super()._optimize_final_module()
             return
-        passes, options = self._codegen._module_pass_manager()
+        passes, options = self._codegen._module_pass_manager(slp_vectorize=self._in_vectors)
         passes.run(self._final_module, options)
 
     def _finalize_final_module(self) -> None:
@@ -136,6 +140,12 @@ class InnerLibrary(LeanLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
 
+class VectorLibrary(InnerLibrary):
+    """That of an inner kernel which works on vectors: as a part of others it is too late for that."""
+
+    _in_vectors = True
+
+
 @contextlib.contextmanager
 def packed() -> Iterator[None]:
     """While this is open, libraries are kept so that lean ones alone can read them: for kernels of ours.
@@ -161,7 +171,8 @@ def lean(compiled: Any) -> Iterator[None]:
     before = generator._library_class
     own = vars(generator).get("set_env")
     called_by_python = not compiled.targetoptions.get("no_cpython_wrapper")
-    generator._library_class = LeanLibrary if called_by_python else InnerLibrary
+    inner = VectorLibrary if getattr(compiled, IN_VECTORS, False) else InnerLibrary
+    generator._library_class = LeanLibrary if called_by_python else inner
     generator.set_env = lambda name, known: _set_environment(generator, name, known)
     try:
         yield

@@ -127,6 +127,19 @@ class PairBound:
             prices = slice(int(self.block_costs.pair_start[-1]), self.block_costs.visits)
             self.best[prices].reshape(4, -1)[:, oriented] = price
 
+    def go_on_from(self, coarser: "PairBound") -> None:
+        """Begin with the multipliers of a bound over the same blocks whose states are others.
+
+        All but the prices of down-sets in between, which are about those states.
+        """
+        assert np.array_equal(self.blocks.path, coarser.blocks.path)
+        own, theirs = self.block_costs, coarser.block_costs
+        self.best[: own.visits] = coarser.best[: theirs.visits]
+        if own.visits_end - own.visits == theirs.visits_end - theirs.visits:  # none where there are no counts
+            self.best[own.visits : own.visits_end] = coarser.best[theirs.visits : theirs.visits_end]
+        jumps = slice(theirs.visits_end, theirs.jumps.passing)
+        self.best[own.visits_end : own.jumps.passing] = coarser.best[jumps]
+
     @property
     def looked_at(self) -> Nearby:
         """What the ascent looks at."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.kernels import allocating_inner_kernel, inner_kernel
+from slicer.kernels import allocating_inner_kernel, inner_kernel, vector_inner_kernel
 from slicer.sequence.bound.ends import Ends
 from slicer.sequence.bound.lagrangian_costs import apply_multipliers
 from slicer.sequence.bound.paid import (
@@ -69,7 +69,10 @@ def bound_by_start(
     apply_multipliers(blocks, block_costs, multipliers, paid)
     most = most_steps(blocks)
     room = Room(
-        np.empty(most, np.int64), np.empty((2, most, 2)), np.empty((2, most)), np.empty((2, most), np.int64)
+        np.empty(most, np.int64),
+        np.empty((2, most, 2)),
+        np.empty((2, most)),
+        np.empty((2, most), np.int64),
     )
     for k in range(len(blocks.state_start) - 1):
         _finish(blocks, block_costs, ends, paid, value, k)
@@ -83,7 +86,7 @@ def bound_by_start(
     return by_start
 
 
-@inner_kernel
+@vector_inner_kernel
 def _evaluate_block(
     blocks: Blocks,
     block_costs: BlockCosts,
@@ -100,7 +103,7 @@ def _evaluate_block(
     """
     arc, detour, passing, price = paid.arc, block_costs.detour, paid.passing, paid.price
     tops = blocks.follows.top_start
-    onward, rest, back, place = room
+    onward, rest, back = room.onward, room.rest, room.back
     side, top, back_left, back_right = 0, 0, np.inf, np.inf
     low = 2 * blocks.path_start[k]
     stride = 2 * blocks.path_start[k + 1] - low
@@ -132,7 +135,7 @@ def _evaluate_block(
         value[at] = min(from_left, from_right + cross)
         value[at + 1] = min(from_right, from_left + cross)
         if counts is not None:
-            find_steps(blocks, k, s, place)
+            find_steps(blocks, k, s, room.place)
         # Ends and steps are in the order of columns: steps first .. last - 1 are in the column of u.
         column, end, first, last = blocks.bounds[k], 0, 0, 0
         for x in range(at + OUTSIDE, blocks.value_start[s + 1], 2):
@@ -151,29 +154,36 @@ def _evaluate_block(
             from_left, from_right = value[at], value[at + 1]
             a = b = c = d = np.inf
             if counts is not None:
+                # None of these has a detour.
                 a, b, from_left, from_right = _cheapest_that_follow(
                     arc, counts, (row, stride), room, side, top + x // 2
                 )
                 # Whatever lies in between, it is the block's next toolpath all the same.
                 from_left, from_right = min(from_left, back_left), min(from_right, back_right)
                 from_left, from_right = min(from_left, from_right + cross), min(from_right, from_left + cross)
-            for j in range(count):
-                how = OWN if first <= j < last else ACROSS
-                if counts is not None and how == OWN:
-                    continue
-                t = row + onward[j]
-                x_a, y_a = arc[t] + rest[how, j, 0], arc[t + 1] + rest[how, j, 1]
-                t += stride
-                x_b, y_b = arc[t] + rest[how, j, 0], arc[t + 1] + rest[how, j, 1]
-                if extra >= 0:
-                    q = extra + 2 * j
-                    x_a, y_a = x_a + detour[q], y_a + detour[q + 1]
-                    q += 2 * count
-                    x_b, y_b = x_b + detour[q], y_b + detour[q + 1]
-                if how == OWN:
-                    a, b = min(a, x_a, y_a), min(b, x_b, y_b)
-                else:
-                    c, d = min(c, x_a, y_a), min(d, x_b, y_b)
+                # Of two columns, the other one's steps are all those before its own, or all behind them.
+                begin, behind_all = (last, count) if first == 0 else (0, first)
+                for j in range(begin, behind_all):
+                    t = row + onward[j]
+                    x_a, y_a = rest[ACROSS, j, 0], rest[ACROSS, j, 1]
+                    c = min(c, min(arc[t] + x_a, arc[t + 1] + y_a))
+                    d = min(d, min(arc[t + stride] + x_a, arc[t + stride + 1] + y_a))
+            if counts is None:
+                for j in range(count):
+                    how = OWN if first <= j < last else ACROSS
+                    t = row + onward[j]
+                    x_a, y_a = arc[t] + rest[how, j, 0], arc[t + 1] + rest[how, j, 1]
+                    t += stride
+                    x_b, y_b = arc[t] + rest[how, j, 0], arc[t + 1] + rest[how, j, 1]
+                    if extra >= 0:
+                        q = extra + 2 * j
+                        x_a, y_a = x_a + detour[q], y_a + detour[q + 1]
+                        q += 2 * count
+                        x_b, y_b = x_b + detour[q], y_b + detour[q + 1]
+                    if how == OWN:
+                        a, b = min(a, x_a, y_a), min(b, x_b, y_b)
+                    else:
+                        c, d = min(c, x_a, y_a), min(d, x_b, y_b)
             a, b = min(a, c - price[LEFT_OFF, low + u]), min(b, d - price[LEFT_OFF, low + u + 1])
             for f in range(2):
                 gone_left = from_left + way_cost(paid, LEAVE_LEFT, low + u + f, out_left)
@@ -193,7 +203,7 @@ def _least_back(back: NDArray[np.float64], first: int, last: int, count: int) ->
     return left, right
 
 
-@inner_kernel
+@vector_inner_kernel
 def _cheapest_that_follow(
     arc: NDArray[np.float64], follows: Follows, travels: tuple[int, int], room: Room, side: int, top: int
 ) -> tuple[float, float, float, float]:
@@ -206,16 +216,17 @@ def _cheapest_that_follow(
         top: the toolpath, as a maximal element.
     """
     onward, rest, back, place = room
-    a = b = c = d = left = right = np.inf
+    a = b = left = right = np.inf
     for q in range(follows.start[top], follows.start[top + 1]):
         j = place[side, follows.steps[q]]
         if j >= 0:
             t = travels[0] + onward[j]
-            a, b = min(a, arc[t] + rest[OWN, j, 0]), min(b, arc[t + 1] + rest[OWN, j, 1])
+            x, y = rest[OWN, j, 0], rest[OWN, j, 1]
+            a = min(a, min(arc[t] + x, arc[t + 1] + y))
             t += travels[1]
-            c, d = min(c, arc[t] + rest[OWN, j, 0]), min(d, arc[t + 1] + rest[OWN, j, 1])
+            b = min(b, min(arc[t] + x, arc[t + 1] + y))
             left, right = min(left, back[0, j]), min(right, back[1, j])
-    return min(a, b), min(c, d), left, right
+    return a, b, left, right
 
 
 @inner_kernel

@@ -18,7 +18,7 @@ from slicer.sequence.states.joint_states import (
     needs_printed,
     out_of_reach,
 )
-from slicer.sequence.states.relaxed_columns import relaxed_sets
+from slicer.sequence.states.relaxed_columns import RelaxedColumns, few_down_sets, relaxed_sets
 from slicer.sequence.states.routed_travel import FREE, cost_over, section_cost
 from slicer.sequence.states.section import NONE, Section, extents
 from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all
@@ -34,6 +34,7 @@ __all__ = [
     "Follows",
     "Ground",
     "Needs",
+    "RelaxedColumns",
     "Section",
     "Skylines",
     "all_down_sets",
@@ -43,6 +44,7 @@ __all__ = [
     "down_sets",
     "extent",
     "extents",
+    "few_down_sets",
     "holds",
     "join_tied_columns",
     "joint_states",

@@ -22,6 +22,10 @@ COUNTED = -1
 """``DownSets.corridor`` of a column whose states are counts."""
 RUNS = (1_000_000, 5, 3, 2)
 """So many neighbouring parallel toolpaths make a group, from the coarsest."""
+FEWEST_JOINED = 4
+"""Families that stand on one another are joined down to so many, or else to one: of two or three, most states
+have two that are in part printed, and say no more than one does.
+"""
 MOST_STATES = 4_000
 """Finer counts of a column are not tried: numbering them takes longer than they are worth."""
 LARGEST_NUMBER = 2**62
@@ -144,14 +148,15 @@ def _groupings(segments: NDArray[np.float64]) -> list[NDArray[np.int64]]:
             for piece in np.array_split(members, max(1, round(len(members) / run))):
                 groups[piece] = count
                 count += 1
-        out.insert(0, groups)
+        out.append(groups)
     groups = out[0]
     while (count := int(groups.max()) + 1) > 1:
         height = np.bincount(groups, middle[:, 1]) / np.bincount(groups)
         rank = np.empty(count, np.int64)
         rank[np.argsort(height, kind="stable")] = np.arange(count)
         groups = rank[groups] // 2
-        out.insert(0, groups)
+        if not 2 <= int(groups.max()) + 1 < FEWEST_JOINED:
+            out.insert(0, groups)
     return out
 
 

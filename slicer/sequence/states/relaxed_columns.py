@@ -1,5 +1,7 @@
-"""The finest states of all columns that a bound can afford: down-sets where these are few, else counts."""
+"""The states of all columns that a bound can afford: down-sets where these are few, else counts."""
 
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -7,70 +9,136 @@ from numpy.typing import NDArray
 
 from slicer.sequence.states.corridor import extent, pairs_of
 from slicer.sequence.states.downsets import DownSets, all_down_sets
-from slicer.sequence.states.group_counts import relaxations, with_what_follows
+from slicer.sequence.states.group_counts import Relaxation, relaxations, with_what_follows
 from slicer.sequence.states.section import Section
 
 MOST_FOLLOWING = 4_000_000
 """What may follow is told of each end and step of a column's states, at 100 bytes each while it is found."""
 MOST_DOWN_SETS = 6_000
 """A column with more has too many to be worth their numbering."""
+STATE_BYTES, STEP_BYTES, END_BYTES = 40, 12, 24
+"""What the blocks hold of each state, step and end."""
 
 
-def relaxed_sets(section: Section, most_arcs: int, too_many: float = np.inf) -> tuple[DownSets, int] | None:
-    """States of each column, and how many travels the bound over pairs of columns then looks at.
+@dataclass(frozen=True, eq=False)
+class RelaxedColumns:
+    """What the states of each column of a section may be, from the coarsest to the finest.
 
-    None where there are too many.
-
-    Where ``most_arcs`` allows all down-sets, these are it. Else all columns begin with what makes the whole
-    cheapest; then, as long as ``most_arcs`` allow, the step to a
-    finer column that costs least is taken. Finer states are often cheaper: what can come next is less.
-
-    Args:
-        section: what is ordered, with a free end; rows of its precedence between columns are not seen.
-        most_arcs: as many travels, if there is any such choice.
-        too_many: with more travels there is no such bound.
+    Attributes:
+        section: with a free end; rows of its precedence between columns are not seen.
+        choices: of each column.
+        sizes: int64 (4,) of each of them: its states, their steps, their ends, and the sum of steps times
+            ends.
+        coarsest: for each column the number of the choice that together make the fewest travels. Finer states
+            are often cheaper: what can come next is less.
     """
-    whole = all_down_sets(section, MOST_DOWN_SETS)
-    if whole is not None:  # nothing is finer
-        arcs = extent(whole, pairs_of(section))[1]
-        if arcs <= most_arcs:
-            return whole, arcs
-    paths = [np.flatnonzero(section.column == c).astype(np.int32) for c in range(section.columns)]
-    parts = [section.part(section.column == c) for c in range(section.columns)]
-    choices = [relaxations(part, MOST_DOWN_SETS) for part in parts]
-    sizes = [[_size(states.sets) for states in column] for column in choices]
-    chosen = [0] * section.columns
-    arcs = _arcs(sizes, chosen)
-    while True:  # cheaper
-        trials = [(_arcs(sizes, trial), trial) for trial in _others(sizes, chosen)]
-        cost, trial = min(trials, default=(arcs, chosen))
-        if cost >= arcs:
-            break
-        arcs, chosen = cost, trial
-    while True:  # finer
-        trials = [
-            (_arcs(sizes, trial), trial) for trial in _others(sizes, chosen) if sum(trial) > sum(chosen)
+
+    section: Section
+    choices: list[list[Relaxation]]
+    sizes: list[list[NDArray[np.int64]]]
+    coarsest: list[int]
+
+    @classmethod
+    def of(cls, section: Section) -> "RelaxedColumns":
+        """The choices of a section."""
+        parts = [section.part(section.column == c) for c in range(section.columns)]
+        choices = [relaxations(part, MOST_DOWN_SETS) for part in parts]
+        sizes = [[_size(states.sets) for states in column] for column in choices]
+        columns = cls(section, choices, sizes, [0] * section.columns)
+        while True:
+            more, c, t = min(columns._changes(_arcs, columns.coarsest), default=(0, 0, 0))
+            if more >= 0:
+                return columns
+            columns.coarsest[c] = t
+
+    def arcs(self, chosen: list[int]) -> int:
+        """How many travels the bound over pairs of columns looks at; see ``corridor.extent``."""
+        return _sum(_arcs, self._sizes_of(chosen))
+
+    def finest(self, most_arcs: int, most_bytes: float = np.inf) -> list[int]:
+        """Finer states than the coarsest, as long as there are no more travels.
+
+        One step after the other to a finer column is taken: that which takes away the most of what may have
+        been last, on average over states, for the travels that it adds.
+
+        Args:
+            most_arcs: so many travels.
+            most_bytes: what the blocks may hold.
+        """
+        chosen = list(self.coarsest)
+        arcs, held = self.arcs(chosen), _sum(_bytes, self._sizes_of(chosen))
+        while True:
+            best = (-np.inf, 0, 0, 0, 0)
+            holds = {(c, t): more for more, c, t in self._changes(_bytes, chosen)}
+            for more, c, t in self._changes(_arcs, chosen):
+                now, then = self.sizes[c][chosen[c]], self.sizes[c][t]
+                if t < chosen[c] or then[3] > MOST_FOLLOWING:
+                    continue
+                if arcs + more > most_arcs or held + holds[c, t] > most_bytes:
+                    continue
+                fewer = _mean_ends(now) - _mean_ends(then)
+                # Where what may have been last grows, the cheapest step comes first.
+                gain = fewer / max(1, more) if fewer > 0.0 else -float(max(1, more))
+                best = max(best, (gain, c, t, more, holds[c, t]))
+            if best[0] == -np.inf:
+                return chosen
+            _, c, chosen[c], more, bytes_more = best
+            arcs, held = arcs + more, held + bytes_more
+
+    def sets(self, chosen: list[int]) -> DownSets | None:
+        """The states of all columns, numbered through; None where too much may follow in one of them."""
+        if max(column[t][3] for column, t in zip(self.sizes, chosen, strict=True)) > MOST_FOLLOWING:
+            return None
+        section = self.section
+        paths = [np.flatnonzero(section.column == c).astype(np.int32) for c in range(section.columns)]
+        best = [
+            with_what_follows(section.part(section.column == c), column[t])
+            for c, (column, t) in enumerate(zip(self.choices, chosen, strict=True))
         ]
-        cost, trial = min(trials, default=(most_arcs + 1, chosen))
-        if cost > most_arcs:
-            break
-        arcs, chosen = cost, trial
-    if arcs > too_many or max(column[t][3] for column, t in zip(sizes, chosen, strict=True)) > MOST_FOLLOWING:
-        return None
-    best = [
-        with_what_follows(part, column[t]) for part, column, t in zip(parts, choices, chosen, strict=True)
-    ]
-    return _joined(section.n, paths, best), arcs
+        return _joined(section.n, paths, best)
+
+    def _sizes_of(self, chosen: list[int]) -> list[list[int]]:
+        return [column[t].tolist() for column, t in zip(self.sizes, chosen, strict=True)]
+
+    def _changes(
+        self, of_pair: Callable[[list[int], list[int] | None], int], chosen: list[int]
+    ) -> Iterator[tuple[int, int, int]]:
+        """What grows by how much where one column has another choice: that, the column, and the choice."""
+        now = self._sizes_of(chosen)
+        for c, column in enumerate(self.sizes):
+            around = now[max(0, c - 1) : c + 2]
+            at = c - max(0, c - 1)
+            before = _sum(of_pair, around)
+            for t, size in enumerate(column):
+                if t != chosen[c]:
+                    yield _sum(of_pair, [*around[:at], size.tolist(), *around[at + 1 :]]) - before, c, t
 
 
-def _others(sizes: list[list[NDArray[np.int64]]], chosen: list[int]) -> list[list[int]]:
-    """All choices that differ in one column."""
-    return [
-        [*chosen[:c], t, *chosen[c + 1 :]]
-        for c, column in enumerate(sizes)
-        for t in range(len(column))
-        if t != chosen[c]
-    ]
+def few_down_sets(section: Section, most_arcs: int) -> DownSets | None:
+    """All down-sets of each column, where these make so few travels; None where they do not."""
+    whole = all_down_sets(section, MOST_DOWN_SETS)
+    return whole if whole is not None and extent(whole, pairs_of(section))[1] <= most_arcs else None
+
+
+def relaxed_sets(section: Section, most_arcs: int) -> DownSets:
+    """All down-sets, or the finest counts that make so few travels, if there are any.
+
+    Raises:
+        ValueError: too much may follow in one column to be told.
+    """
+    whole = few_down_sets(section, most_arcs)
+    if whole is not None:  # nothing is finer
+        return whole
+    columns = RelaxedColumns.of(section)
+    sets = columns.sets(columns.finest(most_arcs))
+    if sets is None:
+        raise ValueError(f"more than {MOST_FOLLOWING} pairs may follow in one of {section.columns} columns")
+    return sets
+
+
+def _mean_ends(size: NDArray[np.int64]) -> float:
+    """How many toolpaths may have been the last one of a column's state, on average."""
+    return float(size[2] / size[0])
 
 
 def _size(sets: DownSets) -> NDArray[np.int64]:
@@ -79,19 +147,33 @@ def _size(sets: DownSets) -> NDArray[np.int64]:
     return np.array([len(steps), steps.sum(), ends.sum(), (steps * ends).sum()])
 
 
-def _arcs(sizes: list[list[NDArray[np.int64]]], chosen: list[int]) -> int:
-    """See ``corridor.extent``."""
-    now = [column[t].tolist() for column, t in zip(sizes, chosen, strict=True)]
-    if len(now) == 1:
-        return int(4 * now[0][3])
-    return sum(4 * (a[3] * b[0] + a[0] * b[3] + a[1] * b[2] + a[2] * b[1]) for a, b in pairwise(now))
+def _sum(of_pair: Callable[[list[int], list[int] | None], int], sizes: list[list[int]]) -> int:
+    """The sum over pairs of neighbouring columns; of a single column where there is but one."""
+    if len(sizes) == 1:
+        return of_pair(sizes[0], None)
+    return sum(of_pair(a, b) for a, b in pairwise(sizes))
+
+
+def _arcs(a: list[int], b: list[int] | None) -> int:
+    """The travels that the bound over a pair of columns looks at; see ``corridor.extent``."""
+    if b is None:
+        return 4 * a[3]
+    return 4 * (a[3] * b[0] + a[0] * b[3] + a[1] * b[2] + a[2] * b[1])
+
+
+def _bytes(a: list[int], b: list[int] | None) -> int:
+    """What the block of a pair of columns holds, about."""
+    if b is None:
+        return STATE_BYTES * a[0] + STEP_BYTES * a[1] + END_BYTES * a[2]
+    steps, ends = a[1] * b[0] + a[0] * b[1], a[2] * b[0] + a[0] * b[2]
+    return STATE_BYTES * a[0] * b[0] + STEP_BYTES * steps + END_BYTES * ends
 
 
 def _joined(n: int, paths: list[NDArray[np.int32]], parts: list[DownSets]) -> DownSets:
     """The states of all columns, each of which has its own ``paths``, numbered through."""
     local = np.empty(n, np.int32)
-    for own, sets in zip(paths, parts, strict=True):
-        local[own] = sets.local
+    for own in paths:  # whatever the states are, so that multipliers can be carried over
+        local[own] = np.arange(len(own))
     start, step_start, top_start, follow_start = (
         np.concatenate([[0], np.cumsum([ends[-1] for ends in of_parts])])
         for of_parts in zip(

@@ -11,7 +11,7 @@ import pytest
 from numba.core import codegen
 from numba.core.registry import cpu_target
 
-from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel, lean_library
+from slicer.kernels import allocating_inner_kernel, inner_kernel, kernel, lean_library, vector_inner_kernel
 
 
 @inner_kernel
@@ -49,6 +49,35 @@ def test_only_what_python_calls_is_machine_code():
     assert {library._waits for library in libraries(total)} == {False}
     assert {library._waits for library in libraries(half)} == {True}
     assert {library._waits for library in libraries(counted)} == {True}
+
+
+@inner_kernel
+def one_by_one(x):
+    a, b = np.inf, np.inf
+    for i in range(0, len(x), 2):
+        a, b = min(a, x[i]), min(b, x[i + 1])
+    return a + b
+
+
+@vector_inner_kernel
+def side_by_side(x):
+    a, b = np.inf, np.inf
+    for i in range(0, len(x), 2):
+        a, b = min(a, x[i]), min(b, x[i + 1])
+    return a + b
+
+
+@kernel
+def both_ways(x):
+    return one_by_one(x), side_by_side(x)
+
+
+def test_some_kernels_work_on_vectors():
+    x = np.random.default_rng(0).random(64)
+    assert both_ways(x) == (x[::2].min() + x[1::2].min(),) * 2
+    for compiled, in_vectors in ((one_by_one, False), (side_by_side, True)):
+        (library,) = libraries(compiled)
+        assert ("<2 x double>" in str(library._get_module_for_linking())) == in_vectors
 
 
 def test_errors_of_what_waits_arrive_with_what_they_say():

@@ -139,7 +139,7 @@ def bounds(problem, goal, order, best, random):
             patch.setattr("slicer.sequence.states.corridor.MERGED_STATES", 0)
         corridor = widest_corridor(section, order, 10**6)
         patch.setattr(relaxed_columns, "MOST_DOWN_SETS", 0)
-        sets, _ = relaxed_sets(section, 10**6)
+        sets = relaxed_sets(section, 10**6)
     pairs = {
         "pairs": PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed),
         "counts": PairBound.over(section, sets, cover(sets)),

@@ -21,7 +21,7 @@ from slicer.sequence.bound.tree_bound import STEPS, TreeBound, raise_tree_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.search import Search
-from slicer.sequence.states import COUNTED, cover, relaxed_columns, relaxed_sets
+from slicer.sequence.states import COUNTED, RelaxedColumns, cover, relaxed_columns, relaxed_sets
 from slicer.sequence.states.section import Section
 
 MACHINE = {"clearance_mm": 0.1, "speed_mm_s": (20.0, 20.0, 2.0), "acceleration_mm_s2": (500.0, 500.0, 30.0)}
@@ -53,7 +53,7 @@ def counted(problem: Problem, goal: Objective, most_arcs: int = 0) -> PairBound:
     section = Section.whole(problem, goal)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(relaxed_columns, "MOST_DOWN_SETS", 0)
-        sets, _ = relaxed_sets(section, most_arcs)
+        sets = relaxed_sets(section, most_arcs)
     assert (sets.corridor == COUNTED).all()
     return PairBound.over(section, sets, cover(sets))
 
@@ -250,16 +250,96 @@ def test_what_cannot_follow_raises_the_bound_over_counts():
 def test_counts_in_blocks_of_more_than_two_columns_are_refused():
     problem = steep(4, 2, 1)
     section = Section.whole(problem, GOALS["straight"])
-    sets, _ = relaxed_sets(section, 0)
+    sets = relaxed_sets(section, 0)
     assert (sets.corridor == COUNTED).any()
     with pytest.raises(ValueError, match="two columns"):
         PairBound.over(section, sets, np.array([0, 2, 3], np.int32))
 
 
-def test_what_may_follow_is_not_made_where_it_cannot_be_used(monkeypatch):
-    section = Section.whole(steep(2, 4, 1), GOALS["straight"])
-    _, arcs = relaxed_sets(section, 0)
-    assert relaxed_sets(section, 0, arcs - 1) is None
-    assert relaxed_sets(section, 0, arcs) is not None
+def test_a_sheet_with_too_many_counts_gets_a_tree(monkeypatch):
+    monkeypatch.setitem(relaxed_bound.ARCS, "quick", 100_000)
+    monkeypatch.setattr(PairBound, "over", None)
+    search = raised(steep(2, 4, 1), GOALS["straight"])
+    assert 0.0 < search.lower_bound < search.cost
+
+
+def test_nor_is_what_may_follow_made_where_that_is_too_much(monkeypatch):
     monkeypatch.setattr(relaxed_columns, "MOST_FOLLOWING", 100)
-    assert relaxed_sets(section, 0) is None
+    monkeypatch.setattr(PairBound, "over", None)
+    search = raised(steep(2, 4, 1), GOALS["straight"])
+    assert 0.0 < search.lower_bound < search.cost
+    with pytest.raises(ValueError, match="100 pairs"):
+        relaxed_sets(Section.whole(search.problem, GOALS["straight"]), 0)
+
+
+def columns_of(problem: Problem, goal: Objective) -> RelaxedColumns:
+    return RelaxedColumns.of(Section.whole(problem, goal))
+
+
+def bound_over(columns: RelaxedColumns, chosen: list[int]) -> PairBound:
+    sets = columns.sets(chosen)
+    return PairBound.over(columns.section, sets, cover(sets))
+
+
+@settings(max_examples=30, deadline=None)
+@given(seeds, st.sampled_from(sorted(GOALS)))
+def test_finer_states_see_no_less_at_the_same_multipliers(sheet, seed, name):
+    """Whatever each column has, so that it is told of the multipliers of the toolpaths that they are about."""
+    random = np.random.default_rng(seed)
+    columns = columns_of(started(sheet(seed, 12, 3), seed), GOALS[name])
+    coarse = bound_over(columns, columns.coarsest)
+    coarse.best += random.normal(0.0, 0.05, len(coarse.best))
+    # Prices of down-sets in between are about other states.
+    coarse.best[coarse.block_costs.jumps.passing :] = 0.0
+    coarse.use_best_multipliers()
+    chosen = [int(random.integers(t, len(c))) for t, c in zip(columns.coarsest, columns.choices, strict=True)]
+    finer = bound_over(columns, chosen)
+    finer.go_on_from(coarse)
+    finer.use_best_multipliers()
+    if finer.block_costs.visits < finer.block_costs.visits_end:
+        assert finer.bound >= coarse.bound - 1e-9
+
+
+@settings(max_examples=30, deadline=None)
+@given(seeds, st.sampled_from(sorted(GOALS)), st.sampled_from(["quick", "default"]))
+def test_first_coarse_and_then_fine_it_stays_below_the_optimum(sheet, optimum, seed, name, effort):
+    problem = started(sheet(seed, 8, 2), seed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(relaxed_bound, "few_down_sets", lambda section, most: None)
+        search = raised(problem, GOALS[name], effort)
+    assert search.lower_bound <= optimum(problem, GOALS[name]) + 1e-9
+
+
+def test_steps_over_finer_counts_raise_the_bound_further(monkeypatch):
+    problem = steep(3, 4, 1)
+    both = raised(problem, GOALS["straight"], "default").lower_bound
+    monkeypatch.setattr(RelaxedColumns, "finest", lambda self, *_: self.coarsest)
+    assert both > 1.01 * raised(problem, GOALS["straight"], "default").lower_bound
+
+
+def test_the_finest_states_are_no_more_than_may_be():
+    columns = columns_of(steep(3, 4, 2, 0.17), GOALS["straight"])
+    least = columns.arcs(columns.coarsest)
+    arcs, held = [], []
+    for most in (0, 2 * least, 10 * least, 100 * least):
+        chosen = columns.finest(most)
+        bound = bound_over(columns, chosen)
+        arcs.append(bound.blocks.arcs)
+        assert bound.blocks.arcs == columns.arcs(chosen) <= max(most, least)
+        assert chosen == columns.finest(most, np.inf)
+        held.append(_held(bound))
+    assert arcs[0] == least
+    assert arcs[0] < arcs[2] < arcs[3]
+    for most in (held[0], 2 * held[0], held[3] // 2):
+        assert _held(bound_over(columns, columns.finest(100 * least, most))) <= most
+
+
+def _held(bound: PairBound) -> int:
+    """By the numbers that ``relaxed_columns`` reckons with."""
+    blocks = bound.blocks
+    ends = len(blocks.value_path) - 2 * len(blocks.dense)
+    return (
+        relaxed_columns.STATE_BYTES * len(blocks.dense)
+        + relaxed_columns.STEP_BYTES * len(blocks.move_path)
+        + relaxed_columns.END_BYTES * ends // 2
+    )

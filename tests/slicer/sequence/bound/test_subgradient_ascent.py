@@ -35,7 +35,7 @@ OBJECTIVES = (Objective(), TIME, replace(TIME, join_mm=1.0), Objective("routed",
 
 def bound_of(section: Section, *, counted: bool = False) -> PairBound:
     """The bound over pairs of columns, or over counts, with all walls seen."""
-    sets = relaxed_sets(section, 1)[0] if counted else down_sets(section, 10**6)
+    sets = relaxed_sets(section, 1) if counted else down_sets(section, 10**6)
     bound = PairBound.over(section, sets, cover(sets))
     bound.see_walls(np.inf)
     return bound
@@ -154,7 +154,7 @@ def test_it_is_not_misled_by_travels_that_have_to_be_long(heaps, objective):
 def test_among_near_states_it_bounds_all(sheet, seed, objective, body, pace, counted):
     section = section_of(sheet(seed, 20, 3), objective, seed, body)
     assume(section.last == NONE)
-    sets = relaxed_sets(section, 1)[0] if counted else down_sets(section, 10**6)
+    sets = relaxed_sets(section, 1) if counted else down_sets(section, 10**6)
     bound = PairBound.over(section, sets, cover(sets))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pair_bound, "PACE", pace)  # so that walls are seen there alone

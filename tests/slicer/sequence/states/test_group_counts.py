@@ -1,5 +1,7 @@
 """Counts of groups: every sequence is a walk through them."""
 
+import itertools
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +9,8 @@ from fields import random_extension, relation, segment_sets
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from slicer import grid
+from slicer.hatch import hatch
 from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.downsets import DownSets
@@ -42,7 +46,7 @@ def test_every_printable_order_is_a_walk(segments, seed):
     problem = Problem.build(segments)
     section = Section.whole(problem, Objective())
     order = random_extension(random, problem.n, np.argwhere(relation(segments)))
-    sets, _ = relaxed_sets(section, int(random.integers(0, 10_000)))
+    sets = relaxed_sets(section, int(random.integers(0, 10_000)))
     for c in range(section.columns):
         own = [int(s) for s in order if section.column[s] == c]
         assert walks_through(sets, own, c)
@@ -68,6 +72,19 @@ def test_they_go_from_one_group_to_the_down_sets(segments):
         assert choices[-1].complete
         assert [choice.complete for choice in choices[:-1]] == [False] * (len(choices) - 1)
         assert len(relaxations(part, 0)) >= 1
+
+
+def test_each_choice_has_more_groups_than_the_one_before():
+    """Families that are told apart come before their parts, however many of these there are."""
+    angles = np.random.default_rng(1).uniform(60.0, 90.0, (8, 1))
+    described = {"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": angles.tolist()}
+    section = Section.whole(Problem.build(hatch(grid.loads(json.dumps(described))).segments), Objective())
+    groups = [choice.groups for choice in relaxations(section.part(section.column == 0), 0)]
+    counts = [int(of_each.max()) + 1 for of_each in groups]
+    assert counts[:3] == [1, 4, 8]
+    assert counts == sorted(set(counts))
+    for coarse, fine in itertools.pairwise(groups[:3]):
+        assert len(np.unique(np.stack([coarse, fine]), axis=1).T) == fine.max() + 1
 
 
 def test_numbers_of_many_groups_are_exact_beyond_what_floats_hold():
