@@ -27,8 +27,11 @@ START_ROLLOUTS, ROUND_ROLLOUTS = 100, 30
 """Rollouts of each tree in a start and in a round."""
 MOST_ROLLOUTS = 600_000
 """A toolpath of a large sheet gets no more of these than its part."""
-START_WORK, ROUND_WORK = 3_000, 2_000
-"""Work of the windows for each toolpath, see ``WorkBudget``, in each start and each round."""
+WORK, MOST_WORK = 20_000, 24_000_000
+"""Work of the windows for each toolpath, see ``WorkBudget``, in each start and each round, and of all at most.
+
+With a tenth of it ihc_8x8 ends at 86.15 mm in 15.6 s, with this at 85.80 in 19.2.
+"""
 POOL = 8
 """How many of the latest sequences may be merged."""
 
@@ -63,11 +66,11 @@ class AnnealingRounds:
         rollouts = max(1, min(rollouts, STRIDE * MOST_ROLLOUTS // self._search.problem.n))
         return improve_by_trees(self._search, oriented, rollouts=rollouts, stream=stream)
 
-    def window_search(self, oriented: NDArray[np.int32], work: int) -> NDArray[np.int32]:
+    def window_search(self, oriented: NDArray[np.int32]) -> NDArray[np.int32]:
         """Windows over a sequence."""
         if not self._windows:
             return oriented
-        work *= self._search.problem.n
+        work = min(WORK * self._search.problem.n, MOST_WORK)
         polished = window_search(self._search, oriented, work=work, exhausted=self._exhausted)
         self._search.offer(polished)
         self._search.report("windows")
@@ -97,13 +100,13 @@ def anneal_and_merge(search: Search, *, apart: bool, windows: bool) -> bool:
     for stream in range(1, starts + 1):
         found = run.anneal(start, perturbations // START_SHARE, FIRST_TEMPERATURE, stream)
         found = run.trees(found, START_ROLLOUTS, stream)
-        run.merge(run.window_search(found, START_WORK))
+        run.merge(run.window_search(found))
         if search.should_stop():
             return False
     for stream in range(starts + 1, starts + ROUNDS + 1):
         found = run.anneal(search.oriented, perturbations // share, first_temperature, stream)
         run.merge(run.trees(found, ROUND_ROLLOUTS, stream))
-        run.window_search(search.oriented, ROUND_WORK)
+        run.window_search(search.oriented)
         if search.should_stop():
             return False
     return True
