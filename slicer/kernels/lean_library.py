@@ -56,7 +56,8 @@ class LeanLibrary(codegen.JITCodeLibrary):
             # The cheap passes bring counts of references together, and then they are dropped before the rest.
             super()._optimize_final_module()
             return
-        passes, options = self._codegen._module_pass_manager(slp_vectorize=self._in_vectors)
+        asked = {"slp_vectorize": True} if self._in_vectors else {}
+        passes, options = self._codegen._module_pass_manager(**asked)
         passes.run(self._final_module, options)
 
     def _finalize_final_module(self) -> None:

@@ -20,23 +20,27 @@ from slicer.sequence.states import DownSets, RelaxedColumns, Section, cover, few
 ARCS = {"quick": 200_000_000, "default": 2_500_000_000, "high": 30_000_000_000}
 """Travels looked at in all steps, at about 0.6 ns each."""
 STEPS = {"quick": 20, "default": 40, "high": 100}
-"""Steps over down-sets, or over the coarsest counts, as far as the travels allow; of down-sets, what is left
-goes into more steps."""
+"""Steps for which the travels of all down-sets have to be enough."""
 MOST_STEPS = {"quick": 20, "default": 150, "high": 300}
-COARSE_SHARE = {"quick": 0.5, "default": 0.5, "high": 0.25}
+"""What is left goes into more steps."""
+MOST_COARSE_STEPS = {"quick": 20, "default": 100, "high": 150}
+"""The same over the coarsest counts, where finer ones follow."""
+COARSE_SHARE = {"quick": 0.5, "default": 0.3, "high": 0.4}
 """Of the travels, those of steps over the coarsest counts, where there are enough for both."""
-FINER_STEPS = {"quick": 4, "default": 6, "high": 20}
-"""Steps over finer counts, which are made as fine as the travels that are left allow.
+FINER_STEPS = {"quick": 4, "default": 12, "high": 20}
+"""Steps over finer counts at least, which are made as fine as the travels that are left allow.
 
 From prices that coarse counts have found, ihc_8x8 comes to 80.2 mm in 5.0 s; over the coarsest alone to 79.4,
 and over finer ones alone to 79.3.
 """
-FINER_LENGTH, LAST_LENGTHS = 1.0, (0.6, 0.4)
+ENOUGH_FOR_BOTH = 45
+"""So many steps over the coarsest counts alone have to be affordable, or else none are left for others."""
+FINER_LENGTH, LAST_LENGTHS = 2.0, (0.6, 0.4)
 """Over counts, the first step over finer ones, and the last one over coarse ones and of all, are so long a
 part of the cost, over the number of coarse steps. Such bounds end far below the cost, and shorter steps stay
 where they are."""
-MOST_BYTES = {"quick": 2e8, "default": 5e8, "high": 1.5e9}
-"""What finer states may take."""
+MOST_BYTES = {"quick": 4e8, "default": 8e8, "high": 2.5e9}
+"""What a bound over finer states may take."""
 AT_ONCE, PER_LOOK = 20, 1
 """Steps between two looks at all states, or so many times as many as take as long as a look,"""
 MOST_BETWEEN = 2_500_000_000
@@ -81,24 +85,40 @@ def _raise_by_pairs(search: Search) -> bool:
         _climb(search, bound, step_lengths(steps), most)
         return search.lower_bound > 0.0
     columns = RelaxedColumns.of(section)
-    sets = columns.sets(columns.coarsest)
-    if sets is None or columns.arcs(columns.coarsest) > STRETCH * most // LEAST_STEPS:
+    if search.should_stop() or columns.arcs(columns.coarsest) > STRETCH * most // LEAST_STEPS:
         return False
-    bound = _bound_over(search, section, sets)
-    if most // bound.looked_at.arcs < USEFUL_STEPS:
-        steps = _steps(bound, most, STEPS[search.effort])
-        _climb(search, bound, step_lengths(steps, last=LAST_LENGTHS[1] / steps), most)
-        return search.lower_bound > 0.0
-    coarse = int(COARSE_SHARE[search.effort] * most)
-    steps, finer = _steps(bound, coarse, STEPS[search.effort]), FINER_STEPS[search.effort]
-    going = _climb(search, bound, step_lengths(steps, last=LAST_LENGTHS[0] / steps), coarse)
-    share = bound.looked_at.arcs / bound.blocks.arcs
-    finest = columns.finest(int((most - coarse) / finer / share), MOST_BYTES[search.effort])
-    if going and finest != columns.coarsest and (sets := columns.sets(finest)) is not None:
-        found, bound = bound, _bound_over(search, section, sets)
-        bound.go_on_from(found)
-        _climb(search, bound, np.geomspace(FINER_LENGTH, LAST_LENGTHS[1], finer) / steps, most - coarse)
+    sets = columns.sets(columns.coarsest)
+    if sets is None or search.should_stop():
+        return False
+    _raise_over_counts(search, columns, sets)
     return search.lower_bound > 0.0
+
+
+def _raise_over_counts(search: Search, columns: RelaxedColumns, coarsest: DownSets) -> None:
+    """Take steps over the coarsest counts, and some over finer ones, where there are travels for both."""
+    section, most, finer_steps = columns.section, ARCS[search.effort], FINER_STEPS[search.effort]
+    coarse = int(COARSE_SHARE[search.effort] * most)
+    bound = _bound_over(search, section, coarsest)
+    arcs = max(1, bound.looked_at.arcs)
+    finest = columns.coarsest
+    if most // arcs >= ENOUGH_FOR_BOTH and not search.should_stop():
+        share = arcs / bound.blocks.arcs
+        finest = columns.finest(int((most - coarse) / finer_steps / share), MOST_BYTES[search.effort])
+    if finest == columns.coarsest:
+        steps = _steps(bound, most, MOST_STEPS[search.effort])
+        _climb(search, bound, step_lengths(steps, last=LAST_LENGTHS[1] / steps), most)
+        return
+    steps = _steps(bound, coarse, MOST_COARSE_STEPS[search.effort])
+    if not _climb(search, bound, step_lengths(steps, last=LAST_LENGTHS[0] / steps), coarse):
+        return
+    sets = columns.sets(finest)
+    if sets is None or search.should_stop():
+        return
+    found, bound = bound, _bound_over(search, section, sets)
+    bound.go_on_from(found)
+    del found
+    finer_steps = max(finer_steps, _steps(bound, most - coarse, MOST_COARSE_STEPS[search.effort], 1))
+    _climb(search, bound, np.geomspace(FINER_LENGTH, LAST_LENGTHS[1], finer_steps) / steps, most - coarse)
 
 
 def _bound_over(search: Search, section: Section, sets: DownSets) -> PairBound:
@@ -110,10 +130,10 @@ def _bound_over(search: Search, section: Section, sets: DownSets) -> PairBound:
     return bound
 
 
-def _steps(bound: PairBound, most: int, most_steps: int) -> int:
+def _steps(bound: PairBound, most: int, most_steps: int, useful_steps: int = USEFUL_STEPS) -> int:
     """How many steps a bound takes with so many travels."""
     arcs = max(1, bound.looked_at.arcs)
-    useful = min(USEFUL_STEPS, STRETCH * most // arcs)
+    useful = min(useful_steps, STRETCH * most // arcs)
     return int(np.clip(most // arcs, max(LEAST_STEPS, useful), most_steps))
 
 

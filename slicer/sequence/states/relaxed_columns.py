@@ -16,8 +16,9 @@ MOST_FOLLOWING = 4_000_000
 """What may follow is told of each end and step of a column's states, at 100 bytes each while it is found."""
 MOST_DOWN_SETS = 6_000
 """A column with more has too many to be worth their numbering."""
-STATE_BYTES, STEP_BYTES, END_BYTES = 40, 12, 24
-"""What the blocks hold of each state, step and end."""
+STATE_BYTES, STEP_BYTES, END_BYTES = 110, 25, 50
+"""What a bound holds of each state, step and end (of a toolpath, in two directions): its blocks, values, and
+as much again of those that are near, where these are most."""
 
 
 @dataclass(frozen=True, eq=False)
