@@ -23,8 +23,8 @@ STEPS = {"quick": 20, "default": 40, "high": 100}
 """Steps for which the travels of all down-sets have to be enough."""
 MOST_STEPS = {"quick": 20, "default": 150, "high": 300}
 """What is left goes into more steps."""
-MOST_COARSE_STEPS = {"quick": 20, "default": 100, "high": 150}
-"""The same over the coarsest counts, where finer ones follow."""
+MOST_STEPS_OF_EACH = {"quick": 20, "default": 100, "high": 150}
+"""The same where steps over the coarsest counts and over finer ones share the travels, of each."""
 COARSE_SHARE = {"quick": 0.5, "default": 0.3, "high": 0.4}
 """Of the travels, those of steps over the coarsest counts, where there are enough for both."""
 FINER_STEPS = {"quick": 4, "default": 12, "high": 20}
@@ -113,7 +113,7 @@ def _raise_over_counts(search: Search, columns: RelaxedColumns, coarsest: DownSe
         steps = _steps(bound, most, MOST_STEPS[search.effort])
         _climb(search, bound, step_lengths(steps, last=LAST_LENGTHS[1] / steps), most)
         return
-    steps = _steps(bound, coarse, MOST_COARSE_STEPS[search.effort])
+    steps = _steps(bound, coarse, MOST_STEPS_OF_EACH[search.effort])
     if not _climb(search, bound, step_lengths(steps, last=LAST_LENGTHS[0] / steps), coarse):
         return
     sets = columns.sets(finest)
@@ -122,7 +122,7 @@ def _raise_over_counts(search: Search, columns: RelaxedColumns, coarsest: DownSe
     found, bound = bound, _bound_over(search, section, sets)
     bound.go_on_from(found)
     del found
-    finer_steps = max(finer_steps, _steps(bound, most - coarse, MOST_COARSE_STEPS[search.effort], 1))
+    finer_steps = max(finer_steps, _steps(bound, most - coarse, MOST_STEPS_OF_EACH[search.effort], 1))
     _climb(search, bound, np.geomspace(FINER_LENGTH, LAST_LENGTHS[1], finer_steps) / steps, most - coarse)
 
 

@@ -27,7 +27,7 @@ START_ROLLOUTS, ROUND_ROLLOUTS = 100, 30
 """Rollouts of each tree in a start and in a round."""
 MOST_ROLLOUTS = 600_000
 """A toolpath of a large sheet gets no more of these than its part."""
-WORK, MOST_WORK = 20_000, 24_000_000
+WINDOW_WORK, MOST_WINDOW_WORK = 20_000, 24_000_000
 """Work of the windows for each toolpath, see ``WorkBudget``, in each start and round, and of all at most.
 
 With a tenth of it ihc_8x8 ends at 86.15 mm in 15.6 s, with this at 85.80 in 19.2.
@@ -70,7 +70,7 @@ class AnnealingRounds:
         """Windows over a sequence."""
         if not self._windows:
             return oriented
-        work = min(WORK * self._search.problem.n, MOST_WORK)
+        work = min(WINDOW_WORK * self._search.problem.n, MOST_WINDOW_WORK)
         polished = window_search(self._search, oriented, work=work, exhausted=self._exhausted)
         self._search.offer(polished)
         self._search.report("windows")

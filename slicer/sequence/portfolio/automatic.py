@@ -47,7 +47,7 @@ REST_OF_BANDS = 5
 """The same on sheets larger than windows are tried on, where 20 and trees gain 0.2 % in 40 s on 100x100."""
 REST_S = 4e-3
 """Seconds that local search and trees behind a proof take for each toolpath."""
-ROLLOUTS_PER_TOOLPATH = {"quick": 2, "default": 2}
+ROLLOUTS_PER_TOOLPATH = 2
 MOST_ROLLOUTS = {"quick": 50_000, "default": 250_000}
 """Beyond these a toolpath gets less than that."""
 WINDOW_WORK = {"quick": 1_000, "default": 24_000}
@@ -144,6 +144,6 @@ def _provable(search: Search) -> bool:
 def _pass_of_trees(search: Search) -> bool:
     """One pass of tree search; False where time ran out."""
     n, effort = search.problem.n, search.effort
-    rollouts = min(ROLLOUTS_PER_TOOLPATH[effort], MOST_ROLLOUTS[effort] / n) * STRIDE
+    rollouts = min(ROLLOUTS_PER_TOOLPATH, MOST_ROLLOUTS[effort] / n) * STRIDE
     improve_by_trees(search, search.oriented, rollouts=max(1, int(rollouts)), stream=0)
     return not search.should_stop()

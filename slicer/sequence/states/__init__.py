@@ -18,7 +18,7 @@ from slicer.sequence.states.joint_states import (
     needs_printed,
     out_of_reach,
 )
-from slicer.sequence.states.relaxed_columns import RelaxedColumns, few_down_sets, relaxed_sets
+from slicer.sequence.states.relaxed_columns import RelaxedColumns, few_down_sets
 from slicer.sequence.states.routed_travel import FREE, cost_over, section_cost
 from slicer.sequence.states.section import NONE, Section, extents
 from slicer.sequence.states.tied_columns import join_tied_columns, states_of_all
@@ -53,7 +53,6 @@ __all__ = [
     "needs_printed",
     "never_follows",
     "out_of_reach",
-    "relaxed_sets",
     "section_cost",
     "set_sizes",
     "sets_of_states",

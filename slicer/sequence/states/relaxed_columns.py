@@ -121,22 +121,6 @@ def few_down_sets(section: Section, most_arcs: int) -> DownSets | None:
     return whole if whole is not None and extent(whole, pairs_of(section))[1] <= most_arcs else None
 
 
-def relaxed_sets(section: Section, most_arcs: int) -> DownSets:
-    """All down-sets, or the finest counts that make so few travels, if there are any.
-
-    Raises:
-        ValueError: too much may follow in one column to be told.
-    """
-    whole = few_down_sets(section, most_arcs)
-    if whole is not None:  # nothing is finer
-        return whole
-    columns = RelaxedColumns.of(section)
-    sets = columns.sets(columns.finest(most_arcs))
-    if sets is None:
-        raise ValueError(f"more than {MOST_FOLLOWING} pairs may follow in one of {section.columns} columns")
-    return sets
-
-
 def _mean_ends(size: NDArray[np.int64]) -> float:
     """How many toolpaths may have been the last one of a column's state, on average."""
     return float(size[2] / size[0])

@@ -11,6 +11,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from counted import relaxed_sets
 from exhaustive import least_cost, travel_cost
 from fields import allowed_by, hindered, random_body
 
@@ -25,7 +26,7 @@ from slicer.sequence.bound.streamed_bound import StreamedBound
 from slicer.sequence.bound.tree_bound import TreeBound
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.sequence_cost import true_cost
-from slicer.sequence.states import all_down_sets, cover, relaxed_columns, relaxed_sets
+from slicer.sequence.states import all_down_sets, cover, relaxed_columns
 from slicer.sequence.states.corridor import widest_corridor
 from slicer.sequence.states.section import Section
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from counted import relaxed_sets
 from exhaustive import least_cost
 from fields import random_body, segment_sets
 from hypothesis import assume, given, settings
@@ -21,7 +22,7 @@ from slicer.sequence.bound.tree_bound import STEPS, TreeBound, raise_tree_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.problem.search import Search
-from slicer.sequence.states import COUNTED, RelaxedColumns, cover, relaxed_columns, relaxed_sets
+from slicer.sequence.states import COUNTED, RelaxedColumns, cover, relaxed_columns
 from slicer.sequence.states.section import Section
 
 MACHINE = {"clearance_mm": 0.1, "speed_mm_s": (20.0, 20.0, 2.0), "acceleration_mm_s2": (500.0, 500.0, 30.0)}
@@ -268,8 +269,8 @@ def test_nor_is_what_may_follow_made_where_that_is_too_much(monkeypatch):
     monkeypatch.setattr(PairBound, "over", None)
     search = raised(steep(2, 4, 1), GOALS["straight"])
     assert 0.0 < search.lower_bound < search.cost
-    with pytest.raises(ValueError, match="100 pairs"):
-        relaxed_sets(Section.whole(search.problem, GOALS["straight"]), 0)
+    columns = columns_of(search.problem, GOALS["straight"])
+    assert columns.sets(columns.coarsest) is None
 
 
 def columns_of(problem: Problem, goal: Objective) -> RelaxedColumns:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import bodies
+from counted import relaxed_sets
 from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 
@@ -26,7 +27,6 @@ from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states import NONE
 from slicer.sequence.states.blocks import cover
 from slicer.sequence.states.downsets import down_sets
-from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.section import Section
 
 TIME = Objective("time", 0.2, (20.0, 20.0, 2.0), (500.0, 500.0, 30.0), fixed_s=0.05, fixed_from_mm=0.3)

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+from counted import relaxed_sets
 from fields import random_extension, relation, segment_sets
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -15,7 +16,6 @@ from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.group_counts import _counted, never_follows, relaxations, with_what_follows
-from slicer.sequence.states.relaxed_columns import relaxed_sets
 from slicer.sequence.states.section import Section
 
 
