@@ -65,6 +65,7 @@ def _search_corridor(search: Search, budget: WorkBudget) -> bool:
     if opened is None:
         return False
     bound, complete = opened
+    bound.see_walls(search.cost)
     passes = (ROUTED_PASSES if search.objective.routed else PASSES)[search.effort]
     begun = search.cost
     for steps, successors, encouraged in passes:

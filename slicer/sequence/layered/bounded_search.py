@@ -9,6 +9,9 @@ from slicer.sequence.layered.work_budget import WorkBudget
 from slicer.sequence.problem import Search
 from slicer.sequence.states import Corridor, Section, states_of_all
 
+WHOLE = {"quick": 1, "default": 10, "high": 30}
+"""So many times as many travels may be looked at where one block holds the sheet (``dynamic_programme``)."""
+
 
 def complete_states(search: Search, arcs_per_toolpath: int) -> bool:
     """Whether a bound with so many travels for each toolpath can hold all states there are."""
@@ -27,7 +30,6 @@ def bound_around(search: Search, arcs_per_toolpath: int) -> tuple[PairBound, boo
         search.report("windows")
         return None
     bound = PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed)
-    bound.see_walls(search.cost)
     bound.pace = PACE
     return bound, corridor.complete
 
@@ -61,4 +63,6 @@ def search_below(
 def _widest_states(search: Search, arcs_per_toolpath: int) -> tuple[Section, Corridor | None]:
     """What ``states_of_all`` has around the best sequence."""
     most_arcs = max(search.problem.n, 100) * arcs_per_toolpath
-    return states_of_all(search.problem, search.objective, search.oriented >> 1, most_arcs)
+    # What knows all that is printed is of use where travels are made over it.
+    whole = WHOLE[search.effort] * most_arcs if search.objective.routed else 0
+    return states_of_all(search.problem, search.objective, search.oriented >> 1, most_arcs, whole)

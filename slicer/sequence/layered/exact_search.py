@@ -8,6 +8,7 @@ or nothing that was cut off could be better, then the incumbent is optimal. Ever
 from slicer.sequence.bound import StreamedBound, raise_relaxed_bound
 from slicer.sequence.construct import start_greedily
 from slicer.sequence.layered.bounded_search import bound_around, complete_states, search_below
+from slicer.sequence.layered.dynamic_programme import holds_whole, prove_over_all_states
 from slicer.sequence.layered.work_budget import WorkBudget, raise_bound
 from slicer.sequence.problem import Search
 
@@ -95,6 +96,9 @@ def exact(
     if opened is None:
         return raise_relaxed_bound(search)
     bound, complete = opened
+    if complete and holds_whole(bound):
+        return prove_over_all_states(search, bound)
+    bound.see_walls(search.cost)
     if known is not None and complete:
         bound.start_from(known.column, known.oriented, known.best)
         bound.use_best_multipliers()

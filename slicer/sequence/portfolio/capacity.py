@@ -6,7 +6,7 @@ from pathlib import Path
 
 from slicer.processes import usable_cores
 
-WORKER_BYTES = 1_200_000_000
+WORKER_BYTES = 1_500_000_000
 """Memory that one search takes at most by default effort; see the table of peak memory in docs/results.md."""
 
 MEMINFO = Path("/proc/meminfo")

@@ -97,7 +97,7 @@ def widest_corridor(section: Section, guide: NDArray[np.int32], most_arcs: int) 
 
 
 def complete_corridor(section: Section, most_arcs: int) -> Corridor | None:
-    """All states of a section, if there are so few; see ``widest_corridor``."""
+    """All states of a section, if they make so few travels; see ``widest_corridor``."""
     if not _tabulated(np.bincount(section.column).astype(np.int64)):
         return None
     sets = all_down_sets(section, MOST_SETS)
@@ -105,7 +105,7 @@ def complete_corridor(section: Section, most_arcs: int) -> Corridor | None:
         return None
     bounds = pairs_of(section)
     states, arcs = extent(sets, bounds)
-    if states > MOST_DENSE or arcs * closed_share(section, sets, bounds) > min(most_arcs, MOST_ARCS):
+    if states > MOST_DENSE or arcs * closed_share(section, sets, bounds) > most_arcs:
         return None
     return Corridor(sets, cover(sets, MERGED_STATES), None, True)
 

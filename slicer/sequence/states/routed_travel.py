@@ -148,21 +148,8 @@ def _gather(
                 if sky.steps.path[e] == path:
                     i = sky.steps.origin[e]
                     break
-        for q in range(sky.start[i], sky.start[i + 1]):
-            piece = sky.piece
-            count = _above(sky.over, count, (piece[q, 0], piece[q, 1], piece[q, 2], piece[q, 3]), 0.0, line)
-    gap = sky.gap
-    first, beyond = 0, len(gap)
-    while first < beyond:  # the first piece that does not end before the travel begins
-        middle = (first + beyond) // 2
-        if gap[middle, 2] < line[0]:
-            first = middle + 1
-        else:
-            beyond = middle
-    while first < len(gap) and gap[first, 0] < line[2]:
-        q = first
-        count = _above(sky.over, count, (gap[q, 0], gap[q, 1], gap[q, 2], gap[q, 3]), 0.0, line)
-        first += 1
+        count = _pieces_above(sky.over, count, sky.piece, sky.start[i], sky.start[i + 1], line)
+    count = _pieces_above(sky.over, count, sky.gap, 0, len(sky.gap), line)
     lines = sky.lines
     if sky.reached[0] != path:  # travels are mostly priced one after the other from the same toolpath
         sky.reached[0], sky.reached[1] = path, reach(sky.body, sky.floor, segment, lines)
@@ -176,6 +163,30 @@ def _gather(
         top = max(own[1], own[3])
         own = (own[0], top, own[0], top)
     return _above(sky.over, count, own, PRESS_EPS_MM, line)
+
+
+@inner_kernel
+def _pieces_above(
+    over: NDArray[np.float64],
+    count: int,
+    piece: NDArray[np.float64],
+    first: int,
+    last: int,
+    line: tuple[float, float, float, float],
+) -> int:
+    """Add what stands above a travel of the pieces first .. last - 1 of a skyline, see ``_above``."""
+    beyond = last
+    while first < beyond:  # the first piece that does not end before the travel begins
+        middle = (first + beyond) // 2
+        if piece[middle, 2] < line[0]:
+            first = middle + 1
+        else:
+            beyond = middle
+    while first < last and piece[first, 0] < line[2]:
+        q = first
+        count = _above(over, count, (piece[q, 0], piece[q, 1], piece[q, 2], piece[q, 3]), 0.0, line)
+        first += 1
+    return count
 
 
 @inner_kernel

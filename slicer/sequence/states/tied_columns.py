@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.problem import Objective, Problem
-from slicer.sequence.states.corridor import Corridor, complete_corridor, widest_corridor
+from slicer.sequence.states.corridor import MOST_ARCS, Corridor, complete_corridor, widest_corridor
 from slicer.sequence.states.downsets import count_down_sets
 from slicer.sequence.states.section import Section
 
@@ -31,7 +31,16 @@ MOST_TOOLPATHS = 1_200_000
 Counts = dict[tuple[int, int], int | None]
 """How many down-sets columns begin .. end have together; None where they are too many for a first limit."""
 
-_JOINED: WeakKeyDictionary[Problem, dict[int, tuple[NDArray[np.int32], Corridor]]] = WeakKeyDictionary()
+WHOLE = 2
+"""A block holds so many columns, whatever their states."""
+MOST_ARCS_OF_WHOLE = 500_000_000
+"""Travels between the states of two joined columns that hold the whole sheet: nothing is relaxed there, and
+so they are looked at a few times. Such a search takes up to 1.4 GB.
+"""
+
+_JOINED: WeakKeyDictionary[Problem, dict[tuple[int, int], tuple[NDArray[np.int32], Corridor]]] = (
+    WeakKeyDictionary()
+)
 """The complete corridors of problems with tied columns, by the most travels: one job asks several times."""
 
 
@@ -48,28 +57,39 @@ def join_tied_columns(section: Section, most_down_sets: int = MOST_DOWN_SETS) ->
 
 
 def states_of_all(
-    problem: Problem, objective: Objective, guide: NDArray[np.int32], most_arcs: int
+    problem: Problem,
+    objective: Objective,
+    guide: NDArray[np.int32],
+    most_arcs: int,
+    most_of_whole: int = 0,
 ) -> tuple[Section, Corridor | None]:
     """A whole problem with its tied columns joined as far as all states can still be held, and its corridor.
 
     See ``widest_corridor`` for the arguments.
+
+    Args:
+        most_of_whole: the most travels where no more than two joined columns are left, so that states know
+            all that is printed, if that is more.
     """
     section = Section.whole(problem, objective)
-    known = _JOINED.get(problem, {}).get(most_arcs)
+    most = (min(most_arcs, MOST_ARCS), min(most_of_whole, MOST_ARCS_OF_WHOLE))
+    known = _JOINED.get(problem, {}).get(most)
     if known is not None:
         groups, corridor = known
         return _joined(section, groups), corridor
-    found = _complete_joined(section, most_arcs)
+    found = _complete_joined(section, *most)
     if isinstance(found, Section):
         return found, widest_corridor(found, guide, most_arcs)
     joined, complete = found
     groups = np.empty(section.columns, np.int32)
     groups[section.column] = joined.column
-    _JOINED.setdefault(problem, {})[most_arcs] = groups, complete
+    _JOINED.setdefault(problem, {})[most] = groups, complete
     return found
 
 
-def _complete_joined(section: Section, most_arcs: int) -> tuple[Section, Corridor] | Section:
+def _complete_joined(
+    section: Section, most_arcs: int, most_of_whole: int
+) -> tuple[Section, Corridor] | Section:
     """The section with its tied columns joined as far as all states can be held, and these.
 
     Where no joining has so few, the section alone, joined as little as is tried.
@@ -82,7 +102,8 @@ def _complete_joined(section: Section, most_arcs: int) -> tuple[Section, Corrido
         joined = _joined(section, _groups(section, ties, most_down_sets, counts))
         if np.array_equal(joined.column, before):
             continue
-        corridor = complete_corridor(joined, most_arcs)
+        whole = joined.columns <= WHOLE
+        corridor = complete_corridor(joined, max(most_arcs, most_of_whole) if whole else most_arcs)
         if corridor is not None:
             return joined, corridor
     return joined

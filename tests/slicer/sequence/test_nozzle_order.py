@@ -349,6 +349,8 @@ def test_rounds_on_tied_columns_end_where_time_would_not_be_won_back(monkeypatch
     muscle = hatch(grid.read(Path(__file__).parents[2] / "data" / "tissue" / "muscle_us_8x8.json")).segments
     problem = Problem.build(muscle[:300], body=NozzleBody.of(0.2, press_mm=0.05))
     rounds, results = [[], []], []
+    monkeypatch.setattr("slicer.sequence.layered.exact_search.holds_whole", lambda bound: False)
+    monkeypatch.setattr("slicer.sequence.layered.bounded_search.WHOLE", {"default": 1})
     for told, seconds in zip(rounds, (0.0, 1.0), strict=True):
         monkeypatch.setattr("slicer.sequence.layered.exact_search.SECONDS", seconds)
         monkeypatch.setattr("slicer.sequence.layered.exact_search.STANDSTILL", 1.0)

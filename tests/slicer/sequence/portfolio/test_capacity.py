@@ -29,7 +29,7 @@ ROWS = [[[0.0, float(row)], [1.0, float(row)]] for row in range(3)]
             "1 worker searches instead of 1000000000000000000000000000000: this machine has 1 core.",
         ),
         (8, 64, 3.0, 2, "2 workers search instead of 8: this machine has 64 cores and 3.0 GB of free memory"),
-        (8, 64, 0.1, 1, "of which a worker may take 1.2."),
+        (8, 64, 0.1, 1, "of which a worker may take 1.5."),
         (1, 64, 0.1, 1, None),
     ],
 )
