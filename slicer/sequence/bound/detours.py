@@ -16,12 +16,14 @@ from slicer.sequence.bound.pair_costs import BlockCosts, column_of, no_detours
 from slicer.sequence.problem import CostModel
 from slicer.sequence.states import (
     FREE,
+    NONE,
     OUTSIDE,
     Blocks,
     DownSets,
     Section,
     Skylines,
     cost_over,
+    least_over_certain,
     sets_of_states,
 )
 
@@ -62,6 +64,25 @@ def measure_detours(
     travels = Travels(section.segments, section.cost_model, measured.most)
     _fill(blocks, block_costs, travels, sky, sets_of_states(blocks, sets), start, detour)
     return start, detour
+
+
+def raise_over_certain(section: Section, blocks: Blocks, block_costs: BlockCosts) -> None:
+    """Raise the direct costs of travels over what surely stands, see ``least_over_certain``."""
+    home = blocks.home[section.column]
+    together = np.maximum.outer(home[:, 0], home[:, 0]) <= np.minimum.outer(home[:, 1], home[:, 1])
+    pairs, cost = least_over_certain(section, together)
+    if len(pairs) == 0:
+        return
+    local = np.empty(section.n, np.int64)
+    for k in range(blocks.blocks):
+        low, high = int(blocks.path_start[k]), int(blocks.path_start[k + 1])
+        local[:] = NONE
+        local[blocks.path[low:high]] = np.arange(high - low)
+        own = (local[pairs >> 1] != NONE).all(axis=1)
+        start, end = (2 * local[pairs[own] >> 1] + (pairs[own] & 1)).T
+        stride = 2 * (high - low)
+        direct = block_costs.direct[block_costs.arc_start[k] :]
+        direct[start * stride + end] = np.maximum(direct[start * stride + end], cost[own])
 
 
 def still_there(

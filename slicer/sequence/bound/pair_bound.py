@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.bound.detours import Measured, measure_detours, still_there
+from slicer.sequence.bound.detours import Measured, measure_detours, raise_over_certain, still_there
 from slicer.sequence.bound.ends import Ends, find_ends
 from slicer.sequence.bound.lagrangian_costs import room_to_pay
 from slicer.sequence.bound.nearby import LOST, PACE, Climbed, Nearby, near_states
@@ -110,6 +110,7 @@ class PairBound:
         costs, multipliers = block_costs(section, blocks, visits=bool(counted.any()))
         for c in np.flatnonzero(counted):
             _forbid(section, blocks, costs, int(c))
+        raise_over_certain(section, blocks, costs)
         return cls(section, sets, blocks, costs, find_ends(section, sets, blocks), multipliers)
 
     def start_from(

@@ -4,6 +4,7 @@ the skylines over them.
 
 from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, Follows, connect, cover
+from slicer.sequence.states.certain_walls import least_over_certain
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
 from slicer.sequence.states.corridor import Corridor, extent, set_sizes
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
@@ -48,6 +49,7 @@ __all__ = [
     "holds",
     "join_tied_columns",
     "joint_states",
+    "least_over_certain",
     "needed",
     "needs",
     "needs_printed",

@@ -75,27 +75,12 @@ class Skylines(NamedTuple):
 
 def skylines(section: Section, sets: DownSets) -> Skylines:
     """The skylines of all down-sets of a section, over what was printed before it."""
+    if not section.routed:
+        return over_nothing(section)
     none, empty, points = np.zeros(1, np.int32), np.empty((0, 4)), np.empty((0, 2))
     no_steps, lines = Steps(none, none, none), np.empty((MOST_LINES, 4))
     reached = np.array([-1, 0], np.int32)
     body, nobody = section.body, np.empty((0, 2), np.int32)
-    if not section.routed:
-        return Skylines(
-            False,
-            none,
-            empty,
-            np.empty(0),
-            none,
-            empty,
-            points,
-            points,
-            lines,
-            reached,
-            body,
-            0.0,
-            no_steps,
-            nobody,
-        )
     columns = section.columns
     floor = float(section.segments[:, :, 1].min()) if section.n else 0.0
     if body.is_point:
@@ -139,6 +124,27 @@ def skylines(section: Section, sets: DownSets) -> Skylines:
         floor,
         no_steps if body.is_point else _backwards(sets),
         nobody if body.is_point else _reaching(section, floor),
+    )
+
+
+def over_nothing(section: Section) -> Skylines:
+    """Skylines without a down-set."""
+    none, empty, points = np.zeros(1, np.int32), np.empty((0, 4)), np.empty((0, 2))
+    return Skylines(
+        section.routed,
+        none,
+        empty,
+        np.empty(0),
+        none,
+        empty,
+        points,
+        points,
+        np.empty((MOST_LINES, 4)),
+        np.array([-1, 0], np.int32),
+        section.body,
+        0.0,
+        Steps(none, none, none),
+        np.empty((0, 2), np.int32),
     )
 
 

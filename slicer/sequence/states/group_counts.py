@@ -57,7 +57,7 @@ def relaxations(part: Section, most: int) -> list[Relaxation]:
         part: what is ordered, with a free end; see ``Section.part``.
         most: down-sets, which come last, are no more than so many.
     """
-    before = _before(part)
+    before = comes_before(part)
     out: list[Relaxation] = []
     for groups in _groupings(part.segments):
         counted = _counted(part, before, groups, max(part.n + 1, MOST_STATES))
@@ -89,7 +89,7 @@ def with_what_follows(part: Section, states: Relaxation) -> DownSets:
     top, step = sets.top_start[state] + rank // steps[state], rank % steps[state]
     if groups is not None and printed is not None:
         last, after = sets.top_path[top], sets.step_path[sets.step_start[state] + step]
-        before = _before(part)
+        before = comes_before(part)
         same = np.eye(part.n, dtype=np.bool_)
         fits = ~never_follows(part)[last, after]
         for g in range(int(groups.max()) + 1):
@@ -112,15 +112,15 @@ def _either(of_last: NDArray[np.bool_], of_next: NDArray[np.bool_]) -> NDArray[n
 
 
 def never_follows(part: Section) -> NDArray[np.bool_]:
-    """bool (n, n), [a, b]: no sequence prints b directly after a; of a section of one column."""
-    before = _before(part)
+    """bool (n, n), [a, b]: no sequence prints b directly after a."""
+    before = comes_before(part)
     between = (before.astype(np.float32) @ before.astype(np.float32)) > 0.5
     never: NDArray[np.bool_] = before.T | between
     np.fill_diagonal(never, True)
     return never
 
 
-def _before(part: Section) -> NDArray[np.bool_]:
+def comes_before(part: Section) -> NDArray[np.bool_]:
     """bool (n, n), [a, b]: a must come before b."""
     n = part.n
     before = np.zeros((n, n), np.bool_)

@@ -89,7 +89,7 @@ def cost_over(
         count = _gather(sky, printed, columns, leaving, start, line)
         if count == 0:
             return FREE
-        size = _string_over(sky.over, count, sky.hull, line)
+        size = string_over(sky.over, count, sky.hull, line)
         return string_cost(cost_model, sky.hull, size, onwards, start, end)
     low_column, high_column = min(columns[0], columns[1]), max(columns[0], columns[1])
     sky.hull[0, 0], sky.hull[0, 1] = ax, ay
@@ -138,8 +138,7 @@ def _gather(
     The toolpath that is left counts as it does in ``skyline.lay_to_leave``: it is taken out of the down-set
     of its column, which is that before it was printed, and stands by itself.
     """
-    path, segment = leaving
-    count = 0
+    path, count = leaving[0], 0
     low, high = min(columns[0], columns[1]), max(columns[0], columns[1])
     for c in range(sky.reaching[low, 0], sky.reaching[high, 1] + 1):
         i = printed[c]
@@ -148,8 +147,21 @@ def _gather(
                 if sky.steps.path[e] == path:
                     i = sky.steps.origin[e]
                     break
-        count = _pieces_above(sky.over, count, sky.piece, sky.start[i], sky.start[i + 1], line)
-    count = _pieces_above(sky.over, count, sky.gap, 0, len(sky.gap), line)
+        count = pieces_above(sky.over, count, sky.piece, sky.start[i], sky.start[i + 1], line)
+    count = pieces_above(sky.over, count, sky.gap, 0, len(sky.gap), line)
+    return leaving_above(sky, count, leaving, start, line)
+
+
+@inner_kernel
+def leaving_above(
+    sky: Skylines,
+    count: int,
+    leaving: tuple[int, NDArray[np.float64]],
+    start: tuple[float, float],
+    line: tuple[float, float, float, float],
+) -> int:
+    """Add what stands above a travel of the toolpath that it leaves; see ``_gather``."""
+    path, segment = leaving
     lines = sky.lines
     if sky.reached[0] != path:  # travels are mostly priced one after the other from the same toolpath
         sky.reached[0], sky.reached[1] = path, reach(sky.body, sky.floor, segment, lines)
@@ -166,7 +178,7 @@ def _gather(
 
 
 @inner_kernel
-def _pieces_above(
+def pieces_above(
     over: NDArray[np.float64],
     count: int,
     piece: NDArray[np.float64],
@@ -220,7 +232,7 @@ def _above(
 
 
 @inner_kernel
-def _string_over(
+def string_over(
     over: NDArray[np.float64],
     count: int,
     hull: NDArray[np.float64],
