@@ -1,7 +1,6 @@
 """The optimum over all states of a sheet: against rounds of bound and search, and where it ends early."""
 
 from dataclasses import replace
-from functools import partial
 
 import pytest
 from searching import searched
@@ -34,9 +33,7 @@ def walk(cols, rows, seed, body=NEEDLE):
 def stages(problem, goal, **options):
     """What ``exact`` comes to, and the stages that it tells of."""
     told = []
-    found = searched(
-        partial(exact), problem, objective=goal, progress=lambda word: told.append(word.stage), **options
-    )
+    found = searched(exact, problem, objective=goal, progress=lambda word: told.append(word.stage), **options)
     return found, told
 
 
@@ -69,6 +66,27 @@ def test_it_finds_what_no_beam_has_led_to(monkeypatch):
     assert alone.proved
     assert alone.cost == pytest.approx(led.cost, rel=1e-9)
     assert alone.cost == true_cost(problem, TIME, alone.oriented)
+
+
+def test_from_a_nearly_optimal_sequence_it_finds_the_optimum(monkeypatch):
+    """Where little is left to gain, much is left out."""
+    above = []
+    for seed in range(1, 6):
+        problem = walk(4, 3, seed)
+        optimum = stages(problem, TIME)[0].cost
+        for width in (1, 2, 5):
+            monkeypatch.setattr(dynamic_programme, "WIDTH", width)
+            told = {}
+            found = searched(
+                exact,
+                problem,
+                objective=TIME,
+                progress=lambda word, told=told: told.update({word.stage: word}),
+            )
+            above.append(told["search"].cost / optimum - 1.0)
+            assert found.proved
+            assert found.cost == pytest.approx(optimum, rel=1e-9)
+    assert sum(1e-4 < part < 0.03 for part in above) >= 3
 
 
 def test_of_an_optimal_sequence_it_proves_that_nothing_is_below():
