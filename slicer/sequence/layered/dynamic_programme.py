@@ -33,8 +33,8 @@ MOST_LEFT = {"quick": 2_000_000, "default": 25_000_000, "high": 500_000_000}
 """Values that may be left for the way back, at 0.05 to 1.5 µs each."""
 AT_ONCE = 20_000
 """States between two looks at the clock."""
-ROUNDING = 1.0 - 1e-6
-"""Single precision must not round up what comes before."""
+DOWN = 1.0 - 2.0**-23
+"""Single precision must not round up what comes before, in any of its sums."""
 
 
 class Travels(NamedTuple):
@@ -157,14 +157,15 @@ def _go_forwards(
     before, rest, stride = least.before, least.rest, 2 * len(blocks.path)
     for s in range(first, last):
         for x in range(blocks.value_start[s] + OUTSIDE, blocks.value_start[s + 1]):
-            if not ROUNDING * before[x] + rest[x] < below:
+            if not before[x] + rest[x] < below:
                 before[x] = np.inf
                 continue
             row = stride * blocks.value_path[x]
             for m in range(move_start[s], move_start[s + 1]):
                 at, to = row + 2 * move_path[m], move_value[m]
                 for f in range(2):
-                    before[to + f] = min(before[to + f], np.float32(before[x] + direct[at + f]))
+                    least_there = np.float32(DOWN * (before[x] + direct[at + f]))
+                    before[to + f] = min(before[to + f], least_there)
 
 
 @kernel
@@ -174,7 +175,7 @@ def _come_back(blocks: Blocks, travels: Travels, least: Least, below: float, fir
     end = len(blocks.dense) - 1
     for s in range(last - 1, first - 1, -1):
         for x in range(blocks.value_start[s] + OUTSIDE, blocks.value_start[s + 1]):
-            left = below - ROUNDING * before[x]
+            left = below - before[x]
             if before[x] == np.inf:
                 rest[x] = np.inf
             elif s != end:

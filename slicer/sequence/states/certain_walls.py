@@ -160,14 +160,9 @@ def _price(
             for t in range(len(segments)):
                 if not follows[s, t]:
                     continue
+                start = (segments[s, 1 - e, 0], segments[s, 1 - e, 1])
                 for f in range(2):
-                    start, end = (
-                        (segments[s, 1 - e, 0], segments[s, 1 - e, 1]),
-                        (
-                            segments[t, f, 0],
-                            segments[t, f, 1],
-                        ),
-                    )
+                    end = (segments[t, f, 0], segments[t, f, 1])
                     cost[2 * s + e, 2 * t + f] = _at_least(
                         cost_model, sky, (s, segments[s]), (t, before[s, t]), start, end
                     )

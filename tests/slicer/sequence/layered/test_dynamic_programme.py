@@ -113,6 +113,27 @@ def test_a_travel_is_priced_over_what_its_state_has():
     assert search.proved
 
 
+def test_what_comes_before_is_never_rounded_up(monkeypatch):
+    seen = []
+    come_back = dynamic_programme._come_back
+
+    def watched(blocks, travels, least, *rest):
+        seen.append(float(least.before[blocks.value_start[-2] :].min()))
+        come_back(blocks, travels, least, *rest)
+
+    monkeypatch.setattr(dynamic_programme, "_come_back", watched)
+    for seed in range(1, 6):
+        told = {}
+        searched(
+            exact,
+            walk(4, 4, seed),
+            objective=TIME,
+            progress=lambda word, told=told: told.update({word.stage: word}),
+        )
+        bound = told["bound"].lower_bound
+        assert 0.0 <= bound - seen[-1] < 1e-4 * bound
+
+
 @pytest.mark.parametrize("looks", range(4))
 def test_out_of_time_it_keeps_the_best_and_a_bound(monkeypatch, looks):
     problem = walk(4, 4, 1)
