@@ -68,9 +68,7 @@ def measure_detours(
 
 def raise_over_certain(section: Section, blocks: Blocks, block_costs: BlockCosts) -> None:
     """Raise the direct costs of travels over what surely stands, see ``least_over_certain``."""
-    home = blocks.home[section.column]
-    together = np.maximum.outer(home[:, 0], home[:, 0]) <= np.minimum.outer(home[:, 1], home[:, 1])
-    pairs, cost = least_over_certain(section, together)
+    pairs, cost = least_over_certain(section, blocks.home[section.column])
     if len(pairs) == 0:
         return
     local = np.empty(section.n, np.int64)

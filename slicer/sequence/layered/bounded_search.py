@@ -12,6 +12,11 @@ from slicer.sequence.states import Corridor, Section, states_of_all
 WHOLE = {"quick": 1, "default": 10, "high": 30}
 """So many times as many travels may be looked at where one block holds the sheet (``dynamic_programme``)."""
 
+ARCS_PER_SECOND = 80_000_000
+"""With a deadline, no more are looked at than can be in about half of the time: building states asks no
+clock. A search under a deadline depends on the machine in any case.
+"""
+
 
 def complete_states(search: Search, arcs_per_toolpath: int) -> bool:
     """Whether a bound with so many travels for each toolpath can hold all states there are."""
@@ -65,4 +70,7 @@ def _widest_states(search: Search, arcs_per_toolpath: int) -> tuple[Section, Cor
     most_arcs = max(search.problem.n, 100) * arcs_per_toolpath
     # What knows all that is printed is of use where travels are made over it.
     whole = WHOLE[search.effort] * most_arcs if search.objective.routed else 0
+    left = search.time_left()
+    if left is not None:
+        whole = min(whole, int(max(0.0, left) * ARCS_PER_SECOND))
     return states_of_all(search.problem, search.objective, search.oriented >> 1, most_arcs, whole)

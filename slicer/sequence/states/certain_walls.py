@@ -28,7 +28,7 @@ from slicer.taut_string import EPS_MM
 MOST_TOOLPATHS = 3_000
 """Of more, what comes before what takes too long to find."""
 MOST_PRICED = 6_000_000
-"""At 0.4 microseconds each."""
+"""At 0.15 to 0.4 microseconds each."""
 ROUNDING = 1.0 - 1e-9
 
 
@@ -48,13 +48,14 @@ class Before(NamedTuple):
 
 
 def least_over_certain(
-    section: Section, near: NDArray[np.bool_]
+    section: Section, home: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Which travels surely rise over something, and what they cost at least.
 
     Args:
         section: what is ordered.
-        near: bool (n, n), the toolpaths between which travels are of interest.
+        home: int32 (n, 2), the first and the last block that each toolpath is in. Travels between toolpaths
+            that share none are of no interest.
 
     Returns:
         int32 (m, 2), from which oriented toolpath to which, and float64 (m,), in the unit of the cost. Told
@@ -66,8 +67,10 @@ def least_over_certain(
     if n > MOST_TOOLPATHS or len(section.ground) or section.body.is_point or not section.routed:
         return none
     before = comes_before(section)
-    follows = near & ~never_follows(section)
-    if 4 * np.count_nonzero(follows) > MOST_PRICED:
+    follows = np.maximum.outer(home[:, 0], home[:, 0]) <= np.minimum.outer(home[:, 1], home[:, 1])
+    follows &= ~never_follows(section)
+    most = 4 * int(np.count_nonzero(follows))
+    if most > MOST_PRICED:
         return none
     floor = float(section.segments[:, :, 1].min())
     start, piece = _certain_skylines(section, floor, before)
@@ -79,10 +82,9 @@ def least_over_certain(
         over=np.empty((points, 2)),
         floor=floor,
     )
-    cost = np.zeros((2 * n, 2 * n))
-    _price(section.segments, section.cost_model, certain, follows, before, cost)
-    pairs = np.argwhere(cost > 0.0).astype(np.int32)
-    return pairs, cost[pairs[:, 0], pairs[:, 1]] * ROUNDING
+    pairs, cost = np.empty((most, 2), np.int32), np.empty(most)
+    count = _price(section.segments, section.cost_model, certain, follows, before, pairs, cost)
+    return pairs[:count], cost[:count] * ROUNDING
 
 
 def _certain_skylines(
@@ -152,9 +154,11 @@ def _price(
     sky: Skylines,
     follows: NDArray[np.bool_],
     before: NDArray[np.bool_],
+    pairs: NDArray[np.int32],
     cost: NDArray[np.float64],
-) -> None:
-    """Fill in what travels cost at least that surely rise over something; ``sky`` is by toolpaths."""
+) -> int:
+    """Fill in which travels surely rise over something, and their costs; how many. ``sky`` is by toolpath."""
+    count = 0
     for s in range(len(segments)):
         for e in range(2):
             for t in range(len(segments)):
@@ -163,9 +167,11 @@ def _price(
                 start = (segments[s, 1 - e, 0], segments[s, 1 - e, 1])
                 for f in range(2):
                     end = (segments[t, f, 0], segments[t, f, 1])
-                    cost[2 * s + e, 2 * t + f] = _at_least(
-                        cost_model, sky, (s, segments[s]), (t, before[s, t]), start, end
-                    )
+                    least = _at_least(cost_model, sky, (s, segments[s]), (t, before[s, t]), start, end)
+                    if least > 0.0:
+                        pairs[count, 0], pairs[count, 1], cost[count] = 2 * s + e, 2 * t + f, least
+                        count += 1
+    return count
 
 
 @inner_kernel

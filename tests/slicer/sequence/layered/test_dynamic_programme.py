@@ -1,7 +1,9 @@
 """The optimum over all states of a sheet: against rounds of bound and search, and where it ends early."""
 
+import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from searching import searched
 
@@ -134,6 +136,22 @@ def test_what_comes_before_is_never_rounded_up(monkeypatch):
         assert 0.0 <= bound - seen[-1] < 1e-4 * bound
 
 
+def test_of_two_that_differ_by_a_hair_the_quicker_one_is_proved(monkeypatch):
+    """What comes before is a sum of hundreds of equal travels, whose rounding errors are alike."""
+    height = 0.1 * np.arange(600)
+    segments = np.stack([np.stack([x * np.ones(600), height], axis=1) for x in (0.0, 1.0)], axis=1)
+    segments[-1, :, 0] = 0.0199, 0.98  # nearly as far from either end of the one below
+    problem = Problem.build(segments)
+    goal = Objective("routed", 0.1)
+    best, _ = stages(problem, goal)
+    monkeypatch.setattr(dynamic_programme, "_offer_beam", lambda search, bound, width: None)
+    turned, told = stages(problem, goal, initial=best.oriented ^ 1)
+    assert true_cost(problem, goal, best.oriented ^ 1) > best.cost
+    assert told[-1] == "all states"
+    assert turned.proved
+    assert turned.cost == pytest.approx(best.cost, rel=1e-12)
+
+
 @pytest.mark.parametrize("looks", range(4))
 def test_out_of_time_it_keeps_the_best_and_a_bound(monkeypatch, looks):
     problem = walk(4, 4, 1)
@@ -180,3 +198,15 @@ def test_more_may_be_looked_at_where_one_block_holds_the_sheet(monkeypatch):
     monkeypatch.setattr("slicer.sequence.layered.bounded_search.WHOLE", {"default": 10_000})
     problem = walk(4, 4, 1)
     assert "all states" in stages(problem, TIME)[1]
+
+
+def test_under_a_deadline_no_more_is_held_than_there_is_time_for(monkeypatch):
+    few = {"default": 100}
+    monkeypatch.setattr("slicer.sequence.layered.exact_search.ARCS_PER_TOOLPATH", few)
+    monkeypatch.setattr("slicer.sequence.layered.bounded_search.WHOLE", {"default": 10_000})
+    deadline = time.perf_counter() + 3600.0
+    assert "all states" in stages(walk(4, 4, 1), TIME, deadline=deadline)[1]
+    monkeypatch.setattr("slicer.sequence.layered.bounded_search.ARCS_PER_SECOND", 1)
+    found, told = stages(walk(4, 4, 1), TIME, deadline=deadline)
+    assert "all states" not in told
+    assert found.lower_bound > 0.0

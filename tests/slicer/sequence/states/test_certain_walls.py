@@ -55,7 +55,7 @@ def test_no_travel_costs_less_whatever_is_printed(sheet, goal, field, seed):
     problem, before = made
     n, objective = problem.n, GOALS[goal]
     section = Section.whole(problem, objective)
-    pairs, least = least_over_certain(section, np.ones((n, n), np.bool_))
+    pairs, least = least_over_certain(section, np.zeros((n, 2), np.int32))
     known = dict(zip(map(tuple, pairs.tolist()), least.tolist(), strict=True))
     over = over_what_is_printed(problem, objective)
     sets = closed_sets(before)
@@ -75,28 +75,36 @@ def test_on_a_random_walk_many_travels_surely_rise():
     body = NozzleBody.of(0.25, press_mm=0.02)
     segments = cut(hatch(generate.random_walk(3, 3, seed=1)).segments, body).segments
     section = Section.whole(Problem.build(segments, body=body), GOALS["time"])
-    every = np.ones((section.n, section.n), np.bool_)
-    pairs, least = least_over_certain(section, every)
+    pairs, least = least_over_certain(section, np.zeros((section.n, 2), np.int32))
     ends = section.segments.reshape(-1, 2)
     across, up = (ends[pairs[:, 0] ^ 1] - ends[pairs[:, 1]]).T
     direct = [least_travel_cost(section.cost_model, x, y) for x, y in zip(across, up, strict=True)]
     assert (least > 1.1 * np.array(direct)).sum() > 500
     near = section.column[:, None] == section.column
-    own, fewer = least_over_certain(section, near)
+    own, fewer = least_over_certain(section, np.stack([section.column, section.column], axis=1))
     inside = near[pairs[:, 0] >> 1, pairs[:, 1] >> 1]
     assert (own == pairs[inside]).all()
     assert (fewer == least[inside]).all()
 
 
+def too_late(section):
+    raise AssertionError("where nothing is told, nothing large is made")
+
+
 def test_a_point_nothing_routed_or_too_much_to_price_tells_nothing(sheet, monkeypatch):
     segments = sheet(1, 7)
-    every = np.ones((len(segments), len(segments)), np.bool_)
+    every = np.zeros((len(segments), 2), np.int32)
     point = Section.whole(Problem.build(segments), GOALS["time"])
     assert len(least_over_certain(point, every)[0]) == 0
     made = next(filter(None, (of_nozzle(segments, seed) for seed in range(100))))
     straight = Section.whole(made[0], Objective())
     assert len(least_over_certain(straight, every)[0]) == 0
     assert MOST_PRICED > 10**6
+    monkeypatch.setattr("slicer.sequence.states.certain_walls.comes_before", too_late)
+    apart = [segments + [10.0 * k, 0.0] for k in range(1000)]
+    long = Section.whole(Problem.build(np.concatenate(apart)), GOALS["time"])
+    assert len(least_over_certain(long, np.zeros((long.n, 2), np.int32))[0]) == 0  # nothing of its square
+    monkeypatch.undo()
     monkeypatch.setattr("slicer.sequence.states.certain_walls.MOST_PRICED", 0)
     routed = Section.whole(made[0], GOALS["time"])
     assert len(least_over_certain(routed, every)[0]) == 0
