@@ -95,12 +95,12 @@ class PairBound:
             section: what is ordered.
             sets: its down-sets.
             bounds: the blocks, see ``blocks.cover``; of no more than two columns where states are counts.
-            among: the states that count, of those that a nozzle's body allows; None for all of these.
+            among: the states that count, of those that a nozzle's body allows; None for all of these. Which
+                counts it allows has to be told here.
         """
         counted = sets.corridor == COUNTED
         if counted.any() and np.diff(bounds).max() > 1:
             raise ValueError("blocks of states that are counts have two columns at most")
-        # Which counts go together cannot be told, and all do.
         closed = None if counted.any() else joint_states(section, sets, bounds)
         if among is None or closed is None:
             among = closed if among is None else among

@@ -28,16 +28,19 @@ MOST_STEPS_OF_EACH = {"quick": 20, "default": 100, "high": 150}
 COARSE_SHARE = {"quick": 0.5, "default": 0.3, "high": 0.4}
 """Of the travels, those of steps over the coarsest counts, where there are enough for both."""
 FINER_STEPS = {"quick": 4, "default": 12, "high": 20}
+FINER_STEPS_WHEN_TIED = {"quick": 6, "default": 20, "high": 40}
 """Steps over finer counts at least, which are made as fine as the travels that are left allow.
 
 From prices that coarse counts have found, ihc_8x8 comes to 80.2 mm in 5.0 s; over the coarsest alone to 79.4,
 and over finer ones alone to 79.3.
 """
-ENOUGH_FOR_BOTH, ENOUGH_WHEN_ROUTED = 45, 90
+ENOUGH_FOR_BOTH, ENOUGH_WHEN_ROUTED, ENOUGH_WHEN_TIED = 45, 90, 20
 """So many steps over the coarsest counts alone have to be affordable, or else none are left for others.
 
 The second where travels are routed, and mostly timed: there finer counts bring less. ihc_8x8 comes to 27.82 s
-in 2.1 s over the coarsest alone, and with finer ones to 27.99 in 3.1.
+in 2.1 s over the coarsest alone, and with finer ones to 27.99 in 3.1. The third where a nozzle's body ties
+columns: finer counts tell better which go together, and few do. Under a needle of 25G that sheet comes to
+39.2 s over the coarsest alone, and to 44.5 with finer ones.
 """
 FINER_LENGTH, LAST_LENGTHS = 2.0, (0.6, 0.4)
 """Over counts, the first step over finer ones, and the last one over coarse ones and of all, are so long a
@@ -84,7 +87,7 @@ def _raise_by_pairs(search: Search) -> bool:
     most = ARCS[search.effort]
     sets = few_down_sets(section, most // STEPS[search.effort])
     if sets is not None:
-        bound = _bound_over(search, section, sets)
+        bound = _bound_over(search, section, sets, None)
         steps = _steps(bound, most, MOST_STEPS[search.effort])
         _climb(search, bound, step_lengths(steps), most)
         return search.lower_bound > 0.0
@@ -100,14 +103,18 @@ def _raise_by_pairs(search: Search) -> bool:
 
 def _raise_over_counts(search: Search, columns: RelaxedColumns, coarsest: DownSets) -> None:
     """Take steps over the coarsest counts, and some over finer ones, where there are travels for both."""
-    section, most, finer_steps = columns.section, ARCS[search.effort], FINER_STEPS[search.effort]
+    section, most = columns.section, ARCS[search.effort]
+    together = columns.together(columns.coarsest)
+    finer_steps = (FINER_STEPS if together is None else FINER_STEPS_WHEN_TIED)[search.effort]
     coarse = int(COARSE_SHARE[search.effort] * most)
-    bound = _bound_over(search, section, coarsest)
+    bound = _bound_over(search, section, coarsest, together)
     arcs = max(1, bound.looked_at.arcs)
     finest = columns.coarsest
     enough = ENOUGH_WHEN_ROUTED if search.objective.routed else ENOUGH_FOR_BOTH
+    enough = enough if together is None else ENOUGH_WHEN_TIED
     if most // arcs >= enough and not search.should_stop():
-        share = arcs / bound.blocks.arcs
+        # Of all pairs of states those that go together and are near.
+        share = arcs / columns.arcs(columns.coarsest)
         finest = columns.finest(int((most - coarse) / finer_steps / share), MOST_BYTES[search.effort])
     if finest == columns.coarsest:
         steps = _steps(bound, most, MOST_STEPS[search.effort])
@@ -119,16 +126,18 @@ def _raise_over_counts(search: Search, columns: RelaxedColumns, coarsest: DownSe
     sets = columns.sets(finest)
     if sets is None or search.should_stop():
         return
-    found, bound = bound, _bound_over(search, section, sets)
+    found, bound = bound, _bound_over(search, section, sets, columns.together(finest))
     bound.go_on_from(found)
     del found
     finer_steps = max(finer_steps, _steps(bound, most - coarse, MOST_STEPS_OF_EACH[search.effort], 1))
     _climb(search, bound, np.geomspace(FINER_LENGTH, LAST_LENGTHS[1], finer_steps) / steps, most - coarse)
 
 
-def _bound_over(search: Search, section: Section, sets: DownSets) -> PairBound:
-    """A bound over pairs of columns with such states."""
-    bound = PairBound.over(section, sets, cover(sets))
+def _bound_over(
+    search: Search, section: Section, sets: DownSets, together: list[NDArray[np.bool_]] | None
+) -> PairBound:
+    """A bound over pairs of columns with such states, of which some may not go together."""
+    bound = PairBound.over(section, sets, cover(sets), together)
     if not search.should_stop():
         bound.see_walls(search.cost)
     bound.pace = PACE

@@ -48,6 +48,15 @@ def needs(section: Section, sets: DownSets, ties: NDArray[np.int32]) -> Needs:
     return Needs(start, path, member)
 
 
+def members(sets: DownSets) -> NDArray[np.bool_]:
+    """bool (d, n), the toolpaths of each down-set of a section of one column."""
+    n = len(sets.local)
+    member = np.zeros((int(sets.start[-1]), -(-n // BITS)), np.uint64)
+    _gather(sets, member)
+    bits = np.unpackbits(member.view(np.uint8), axis=1, bitorder="little").astype(np.bool_)
+    return bits[:, sets.local]
+
+
 def needed(section: Section, sets: DownSets, known: Needs, of: int, by: int) -> NDArray[np.uint64]:
     """uint64 (d, w), what each down-set of column ``by`` needs of column ``of``."""
     out = np.zeros((int(sets.counts[by]), known.member.shape[1]), np.uint64)

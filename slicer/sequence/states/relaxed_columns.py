@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.sequence.states.corridor import extent, pairs_of
+from slicer.sequence.states.counts_together import counts_together
 from slicer.sequence.states.downsets import DownSets, all_down_sets
 from slicer.sequence.states.group_counts import Relaxation, relaxations, with_what_follows
 from slicer.sequence.states.section import Section
@@ -26,7 +27,7 @@ class RelaxedColumns:
     """What the states of each column of a section may be, from the coarsest to the finest.
 
     Attributes:
-        section: with a free end; rows of its precedence between columns are not seen.
+        section: with a free end.
         choices: of each column.
         sizes: int64 (4,) of each of them: its states, their steps, their ends, and the sum of steps times
             ends.
@@ -97,6 +98,12 @@ class RelaxedColumns:
             for c, (column, t) in enumerate(zip(self.choices, chosen, strict=True))
         ]
         return _joined(section.n, paths, best)
+
+    def together(self, chosen: list[int]) -> list[NDArray[np.bool_]] | None:
+        """Which states of neighbouring columns may go together, see ``counts_together``."""
+        return counts_together(
+            self.section, [column[t] for column, t in zip(self.choices, chosen, strict=True)]
+        )
 
     def _sizes_of(self, chosen: list[int]) -> list[list[int]]:
         return [column[t].tolist() for column, t in zip(self.sizes, chosen, strict=True)]

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from counted import relaxed_sets
+from counted import relaxed
 from exhaustive import least_cost, travel_cost
 from fields import allowed_by, hindered, random_body
 from printed import over_what_is_printed
@@ -122,10 +122,11 @@ def bounds(problem, goal, order, best, random):
             patch.setattr("slicer.sequence.states.corridor.MERGED_STATES", 0)
         corridor = widest_corridor(section, order, 10**6)
         patch.setattr(relaxed_columns, "MOST_DOWN_SETS", 0)
-        sets = relaxed_sets(section, 10**6)
+        # Few travels: a single group a column, as a rule.
+        sets, together = relaxed(section, int(random.choice([0, 10**6])))
     pairs = {
         "pairs": PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed),
-        "counts": PairBound.over(section, sets, cover(sets)),
+        "counts": PairBound.over(section, sets, cover(sets), together),
     }
     for name, bound in pairs.items():
         bound.improve(1.1 * best, step_lengths(20))
