@@ -3,6 +3,7 @@
 import signal
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -10,6 +11,10 @@ GOLDEN = Path(__file__).parent / "golden"
 
 # A shell lets what it starts in the background ignore Ctrl-C, and every process that tests start would, too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# On a busy machine any test may take long, and none asserts on seconds.
+hypothesis.settings.register_profile("no deadline", deadline=None)
+hypothesis.settings.load_profile("no deadline")
 
 
 def pytest_addoption(parser):

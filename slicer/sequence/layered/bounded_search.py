@@ -72,5 +72,5 @@ def _widest_states(search: Search, arcs_per_toolpath: int) -> tuple[Section, Cor
     whole = WHOLE[search.effort] * most_arcs if search.objective.routed else 0
     left = search.time_left()
     if left is not None:
-        whole = min(whole, int(max(0.0, left) * ARCS_PER_SECOND))
+        whole = int(min(whole, max(0.0, left) * ARCS_PER_SECOND))
     return states_of_all(search.problem, search.objective, search.oriented >> 1, most_arcs, whole)
