@@ -35,6 +35,8 @@ from slicer.pieces import (
 from slicer.reach import MOST_LINES, highest, reach
 from slicer.taut_string import pass_over, push
 
+FULL = -1
+"""Instead of a number of pieces, where an array has no room for them."""
 FIRST_ROOM = 256
 
 
@@ -111,6 +113,20 @@ def append(sky: Skyline, piece: NDArray[np.float64], q: int) -> None:
     sky.place[USED] += 1
     put(sky.piece, new, piece[q, 0], piece[q, 1], piece[q, 2], piece[q, 3])
     insert_after(sky.link, sky.link[RIGHT, LEFT], new)
+
+
+@inner_kernel
+def copied(sky: Skyline, piece: NDArray[np.float64], size: int) -> int:
+    """Put all pieces behind the first ``size`` rows of an array; how many it holds then, or ``FULL``."""
+    q = sky.link[LEFT, RIGHT]
+    while q != RIGHT:
+        if size == len(piece):
+            return FULL
+        for axis in range(4):
+            piece[size, axis] = sky.piece[q, axis]
+        size += 1
+        q = sky.link[q, RIGHT]
+    return size
 
 
 @allocating_inner_kernel

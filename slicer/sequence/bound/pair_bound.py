@@ -25,6 +25,7 @@ from slicer.sequence.states import (
     DownSets,
     Section,
     Skylines,
+    comes_before,
     connect,
     joint_states,
     never_follows,
@@ -264,7 +265,8 @@ class PairBound:
 
 def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None:
     """Make travels inside column c infinite that no sequence has, which walks through counts would take."""
-    never = np.repeat(np.repeat(never_follows(section.part(section.column == c)), 2, axis=0), 2, axis=1)
+    never = never_follows(comes_before(section.part(section.column == c)))
+    never = np.repeat(np.repeat(never, 2, axis=0), 2, axis=1)
     for k in range(blocks.home[c, 0], blocks.home[c, 1] + 1):
         low = 2 * int(blocks.column_size[blocks.bounds[k] : c].sum())
         stride = 2 * int(blocks.path_start[k + 1] - blocks.path_start[k])

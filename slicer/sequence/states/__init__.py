@@ -9,7 +9,7 @@ from slicer.sequence.states.column_skylines import Skylines, sets_of_states, sky
 from slicer.sequence.states.corridor import Corridor, extent, set_sizes
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
 from slicer.sequence.states.ground import Ground
-from slicer.sequence.states.group_counts import COUNTED, never_follows
+from slicer.sequence.states.group_counts import COUNTED, comes_before, never_follows
 from slicer.sequence.states.joint_states import (
     Needs,
     holds,
@@ -39,6 +39,7 @@ __all__ = [
     "Section",
     "Skylines",
     "all_down_sets",
+    "comes_before",
     "connect",
     "cost_over",
     "cover",

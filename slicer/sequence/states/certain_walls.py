@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slicer.kernels import inner_kernel, kernel
-from slicer.pieces import LEFT, RIGHT
 from slicer.reach import MOST_LINES
 from slicer.sequence.problem import CostModel, leg_cost, string_cost
 from slicer.sequence.states.column_skylines import Skylines, over_nothing
 from slicer.sequence.states.group_counts import comes_before, never_follows
 from slicer.sequence.states.routed_travel import leaving_above, pieces_above, string_over
 from slicer.sequence.states.section import Section
-from slicer.skyline import Skyline, append, clear, lay, skyline_with_room
+from slicer.skyline import FULL, Skyline, append, clear, copied, lay, skyline_with_room
 from slicer.taut_string import EPS_MM
 
 MOST_TOOLPATHS = 3_000
@@ -68,7 +67,7 @@ def least_over_certain(
         return none
     before = comes_before(section)
     follows = np.maximum.outer(home[:, 0], home[:, 0]) <= np.minimum.outer(home[:, 1], home[:, 1])
-    follows &= ~never_follows(section)
+    follows &= ~never_follows(before)
     most = 4 * int(np.count_nonzero(follows))
     if most > MOST_PRICED:
         return none
@@ -135,14 +134,9 @@ def _lay_before(
             if not lay(sky, segments[rows.more[t]]):
                 return False
         start[s, 0] = size
-        q = sky.link[LEFT, RIGHT]
-        while q != RIGHT:
-            if size == len(piece):
-                return False
-            for axis in range(4):
-                piece[size, axis] = sky.piece[q, axis]
-            size += 1
-            q = sky.link[q, RIGHT]
+        size = copied(sky, piece, size)
+        if size == FULL:
+            return False
         start[s, 1] = size
     return True
 

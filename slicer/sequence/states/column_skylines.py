@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel, kernel
 from slicer.nozzle import NozzleBody
-from slicer.pieces import LEFT, RIGHT
 from slicer.reach import MOST_LINES, reach
 from slicer.sequence.states.blocks import Blocks
 from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.section import Section
-from slicer.skyline import Skyline, append, clear, lay, skyline_with_room
+from slicer.skyline import FULL, Skyline, append, clear, copied, lay, skyline_with_room
 
 MOST_PIECES = 64
 """Room for pieces of a skyline at first; it doubles as needed."""
@@ -234,16 +233,12 @@ def _raise(
                 append(sky, piece if before >= 0 else ground, q)
             if before >= 0 and not lay(sky, segments[printed[i]]):
                 return False
+            size = copied(sky, piece, size)
+            if size == FULL:
+                return False
             top[i] = -np.inf
-            q = sky.link[LEFT, RIGHT]
-            while q != RIGHT:
-                if size == len(piece):
-                    return False
-                for axis in range(4):
-                    piece[size, axis] = sky.piece[q, axis]
-                top[i] = max(top[i], piece[size, 1], piece[size, 3])
-                size += 1
-                q = sky.link[q, RIGHT]
+            for q in range(start[i], size):
+                top[i] = max(top[i], piece[q, 1], piece[q, 3])
             start[i + 1] = size
     return True
 

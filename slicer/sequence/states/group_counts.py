@@ -91,7 +91,7 @@ def with_what_follows(part: Section, states: Relaxation) -> DownSets:
         last, after = sets.top_path[top], sets.step_path[sets.step_start[state] + step]
         before = comes_before(part)
         same = np.eye(part.n, dtype=np.bool_)
-        fits = ~never_follows(part)[last, after]
+        fits = ~never_follows(before)[last, after]
         for g in range(int(groups.max()) + 1):
             own = groups == g
             done = _either((before | same)[own], before[own])[last, after]
@@ -111,9 +111,8 @@ def _either(of_last: NDArray[np.bool_], of_next: NDArray[np.bool_]) -> NDArray[n
     return out
 
 
-def never_follows(part: Section) -> NDArray[np.bool_]:
-    """bool (n, n), [a, b]: no sequence prints b directly after a."""
-    before = comes_before(part)
+def never_follows(before: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """bool (n, n), [a, b]: no sequence prints b directly after a, by what ``comes_before``."""
     between = (before.astype(np.float32) @ before.astype(np.float32)) > 0.5
     never: NDArray[np.bool_] = before.T | between
     np.fill_diagonal(never, True)

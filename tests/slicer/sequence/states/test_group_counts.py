@@ -15,7 +15,13 @@ from slicer.hatch import hatch
 from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.downsets import DownSets
-from slicer.sequence.states.group_counts import _counted, never_follows, relaxations, with_what_follows
+from slicer.sequence.states.group_counts import (
+    _counted,
+    comes_before,
+    never_follows,
+    relaxations,
+    with_what_follows,
+)
 from slicer.sequence.states.section import Section
 
 
@@ -54,7 +60,7 @@ def test_every_printable_order_is_a_walk(segments, seed):
         place = {int(s): k for k, s in enumerate(np.flatnonzero(section.column == c))}
         for choice in relaxations(part, 1_000):
             assert walks_through(with_what_follows(part, choice), [place[s] for s in own], 0)
-        never = never_follows(part)
+        never = never_follows(comes_before(part))
         for s, t in zip(order[:-1], order[1:], strict=True):
             if section.column[s] == section.column[t] == c:
                 assert not never[place[int(s)], place[int(t)]]
