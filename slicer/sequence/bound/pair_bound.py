@@ -109,8 +109,8 @@ class PairBound:
             among = [a & b for a, b in zip(among, closed, strict=True)]
         blocks = connect(section, sets, bounds, among)
         costs, multipliers = block_costs(section, blocks, visits=bool(counted.any()))
-        for c in np.flatnonzero(counted):
-            _forbid(section, blocks, costs, int(c))
+        if counted.any():
+            _forbid(section, blocks, costs)
         raise_over_certain(section, blocks, costs)
         return cls(section, sets, blocks, costs, find_ends(section, sets, blocks), multipliers)
 
@@ -263,13 +263,10 @@ class PairBound:
         self._looked_at = None
 
 
-def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, c: int) -> None:
-    """Make travels inside column c infinite that no sequence has, which walks through counts would take."""
-    never = never_follows(comes_before(section.part(section.column == c)))
-    never = np.repeat(np.repeat(never, 2, axis=0), 2, axis=1)
-    for k in range(blocks.home[c, 0], blocks.home[c, 1] + 1):
-        low = 2 * int(blocks.column_size[blocks.bounds[k] : c].sum())
-        stride = 2 * int(blocks.path_start[k + 1] - blocks.path_start[k])
-        travels = costs.direct[costs.arc_start[k] : costs.arc_start[k + 1]].reshape(stride, stride)
-        own = slice(low, low + len(never))
-        travels[own, own][never] = np.inf
+def _forbid(section: Section, blocks: Blocks, costs: BlockCosts) -> None:
+    """Make travels inside blocks infinite that no sequence has, which walks through counts would take."""
+    never = never_follows(section, comes_before(section))
+    for k in range(blocks.blocks):
+        own = blocks.path[blocks.path_start[k] : blocks.path_start[k + 1]]
+        travels = costs.direct[costs.arc_start[k] : costs.arc_start[k + 1]]
+        travels[np.repeat(np.repeat(never[np.ix_(own, own)], 2, axis=0), 2, axis=1).ravel()] = np.inf

@@ -91,20 +91,27 @@ def _raise_by_pairs(search: Search) -> bool:
         steps = _steps(bound, most, MOST_STEPS[search.effort])
         _climb(search, bound, step_lengths(steps), most)
         return search.lower_bound > 0.0
-    columns = RelaxedColumns.of(section)
-    if search.should_stop() or columns.arcs(columns.coarsest) > STRETCH * most // LEAST_STEPS:
+    columns = RelaxedColumns.coarse(section)
+    if search.should_stop():
+        return False
+    together = columns.together(columns.coarsest)
+    if search.should_stop() or columns.arcs(columns.coarsest, together) > STRETCH * most // LEAST_STEPS:
         return False
     sets = columns.sets(columns.coarsest)
     if sets is None or search.should_stop():
         return False
-    _raise_over_counts(search, columns, sets)
+    _raise_over_counts(search, columns, sets, together)
     return search.lower_bound > 0.0
 
 
-def _raise_over_counts(search: Search, columns: RelaxedColumns, coarsest: DownSets) -> None:
+def _raise_over_counts(
+    search: Search,
+    columns: RelaxedColumns,
+    coarsest: DownSets,
+    together: list[NDArray[np.bool_]] | None,
+) -> None:
     """Take steps over the coarsest counts, and some over finer ones, where there are travels for both."""
     section, most = columns.section, ARCS[search.effort]
-    together = columns.together(columns.coarsest)
     finer_steps = (FINER_STEPS if together is None else FINER_STEPS_WHEN_TIED)[search.effort]
     coarse = int(COARSE_SHARE[search.effort] * most)
     bound = _bound_over(search, section, coarsest, together)
@@ -115,6 +122,7 @@ def _raise_over_counts(search: Search, columns: RelaxedColumns, coarsest: DownSe
     if most // arcs >= enough and not search.should_stop():
         # Of all pairs of states those that go together and are near.
         share = arcs / columns.arcs(columns.coarsest)
+        columns = columns.with_all_choices()
         finest = columns.finest(int((most - coarse) / finer_steps / share), MOST_BYTES[search.effort])
     if finest == columns.coarsest:
         steps = _steps(bound, most, MOST_STEPS[search.effort])

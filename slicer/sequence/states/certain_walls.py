@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from slicer.kernels import inner_kernel, kernel
 from slicer.reach import MOST_LINES
 from slicer.sequence.problem import CostModel, leg_cost, string_cost
+from slicer.sequence.states.closure import comes_before, never_follows
 from slicer.sequence.states.column_skylines import Skylines, over_nothing
-from slicer.sequence.states.group_counts import comes_before, never_follows
 from slicer.sequence.states.routed_travel import leaving_above, pieces_above, string_over
 from slicer.sequence.states.section import Section
 from slicer.skyline import FULL, Skyline, append, clear, copied, lay, skyline_with_room
@@ -67,7 +67,7 @@ def least_over_certain(
         return none
     before = comes_before(section)
     follows = np.maximum.outer(home[:, 0], home[:, 0]) <= np.minimum.outer(home[:, 1], home[:, 1])
-    follows &= ~never_follows(before)
+    follows &= ~never_follows(section, before)
     most = 4 * int(np.count_nonzero(follows))
     if most > MOST_PRICED:
         return none

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.group_counts import Relaxation, comes_before
+from slicer.sequence.states.group_counts import Relaxation
 from slicer.sequence.states.joint_states import members
 from slicer.sequence.states.section import Section
 
@@ -36,11 +36,14 @@ class Counted(NamedTuple):
     never: NDArray[np.bool_]
 
 
-def counts_together(section: Section, states: list[Relaxation]) -> list[NDArray[np.bool_]] | None:
+def counts_together(
+    section: Section, before: NDArray[np.bool_], states: list[Relaxation]
+) -> list[NDArray[np.bool_]] | None:
     """For each two neighbouring columns, bool of the numbers of their states: which may go together.
 
     Args:
         section: what is ordered.
+        before: bool (n, n), what must come before what, by ``comes_before``.
         states: of each of its columns.
 
     Returns:
@@ -48,7 +51,6 @@ def counts_together(section: Section, states: list[Relaxation]) -> list[NDArray[
     """
     if section.columns < 2 or len(section.ties) == 0:
         return None
-    before = comes_before(section)
     own = [np.flatnonzero(section.column == c) for c in range(section.columns)]
     columns = [_counted(before[np.ix_(of, of)], some) for of, some in zip(own, states, strict=True)]
     out = []

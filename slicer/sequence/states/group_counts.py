@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.states.closure import Closure
 from slicer.sequence.states.downsets import NOTHING_MORE, DownSets, all_down_sets
 from slicer.sequence.states.section import NONE, Section
 
@@ -47,28 +48,41 @@ class Relaxation(NamedTuple):
     printed: NDArray[np.int64] | None = None
 
 
-def relaxations(part: Section, most: int) -> list[Relaxation]:
-    """The states of a section of one column, from the coarsest counts to the finest and to the down-sets.
-
-    Groups are runs of parallel neighbours, or joined families of these, down to a single group, which has one
-    state for each number of toolpaths. It comes first and is always there.
+def coarse_relaxations(part: Section, closure: Closure, most: int) -> list[Relaxation]:
+    """The states of a section of one column that are made quickly: counts of a single group, one state for
+    each number of toolpaths, and the down-sets.
 
     Args:
         part: what is ordered, with a free end; see ``Section.part``.
+        closure: what must come before what of it.
         most: down-sets, which come last, are no more than so many.
     """
-    before = comes_before(part)
-    out: list[Relaxation] = []
-    for groups in _groupings(part.segments):
-        counted = _counted(part, before, groups, max(part.n + 1, MOST_STATES))
+    one = _counted(part, closure.before, np.zeros(part.n, np.int64), max(part.n + 1, MOST_STATES))
+    assert one is not None  # there are no more states than toolpaths
+    exact = all_down_sets(part, most)
+    return [one] if exact is None else [one, Relaxation(exact)]
+
+
+def relaxations(part: Section, closure: Closure, coarse: list[Relaxation]) -> list[Relaxation]:
+    """The states of a section of one column, from the coarsest counts to the finest and to the down-sets.
+
+    Groups are runs of parallel neighbours, or joined families of these, down to a single group, which comes
+    first and is always there.
+
+    Args:
+        part, closure: see ``coarse_relaxations``.
+        coarse: what that gives.
+    """
+    out = coarse[:1]
+    for groups in _groupings(part.segments)[1:]:
+        counted = _counted(part, closure.before, groups, max(part.n + 1, MOST_STATES))
         if counted is None:
             break
-        if not out or not np.array_equal(counted.sets.step_to, out[-1].sets.step_to):
+        if not np.array_equal(counted.sets.step_to, out[-1].sets.step_to):
             out.append(counted)
     if max(_count(states) for states in out) >= FEWEST_JOINED:
         out = [states for states in out if not 1 < _count(states) < FEWEST_JOINED]
-    exact = all_down_sets(part, most)
-    return out if exact is None else [*out, Relaxation(exact)]
+    return out + coarse[1:]
 
 
 def _count(states: Relaxation) -> int:
@@ -76,7 +90,7 @@ def _count(states: Relaxation) -> int:
     return 0 if states.groups is None else int(states.groups.max()) + 1
 
 
-def with_what_follows(part: Section, states: Relaxation) -> DownSets:
+def with_what_follows(closure: Closure, states: Relaxation) -> DownSets:
     """The states, with what may come next where a toolpath was the last one, see ``DownSets.follows``.
 
     All that must come before either of the two is printed then, but for the second one, and nothing that must
@@ -89,9 +103,9 @@ def with_what_follows(part: Section, states: Relaxation) -> DownSets:
     top, step = sets.top_start[state] + rank // steps[state], rank % steps[state]
     if groups is not None and printed is not None:
         last, after = sets.top_path[top], sets.step_path[sets.step_start[state] + step]
-        before = comes_before(part)
-        same = np.eye(part.n, dtype=np.bool_)
-        fits = ~never_follows(before)[last, after]
+        before = closure.before
+        same = np.eye(len(before), dtype=np.bool_)
+        fits = ~closure.never[last, after]
         for g in range(int(groups.max()) + 1):
             own = groups == g
             done = _either((before | same)[own], before[own])[last, after]
@@ -109,32 +123,6 @@ def _either(of_last: NDArray[np.bool_], of_next: NDArray[np.bool_]) -> NDArray[n
     either = of_last.sum(axis=0)[:, None] + of_next.sum(axis=0)[None] - np.round(both)
     out: NDArray[np.int64] = either.astype(np.int64)
     return out
-
-
-def never_follows(before: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """bool (n, n), [a, b]: no sequence prints b directly after a, by what ``comes_before``."""
-    between = (before.astype(np.float32) @ before.astype(np.float32)) > 0.5
-    never: NDArray[np.bool_] = before.T | between
-    np.fill_diagonal(never, True)
-    return never
-
-
-def comes_before(part: Section) -> NDArray[np.bool_]:
-    """bool (n, n), [a, b]: a must come before b."""
-    n = part.n
-    before = np.zeros((n, n), np.bool_)
-    missing = np.diff(part.pred_start)
-    ready = np.flatnonzero(missing == 0).tolist()
-    while ready:
-        s = ready.pop()
-        under = part.pred[part.pred_start[s] : part.pred_start[s + 1]]
-        before[:, s] = before[:, under].any(axis=1)
-        before[under, s] = True
-        for t in part.succ[part.succ_start[s] : part.succ_start[s + 1]].tolist():
-            missing[t] -= 1
-            if missing[t] == 0:
-                ready.append(t)
-    return before
 
 
 def _groupings(segments: NDArray[np.float64]) -> list[NDArray[np.int64]]:
@@ -170,7 +158,7 @@ def _counted(
     part: Section, before: NDArray[np.bool_], groups: NDArray[np.int64], limit: int
 ) -> Relaxation | None:
     """The states that some walk from nothing to everything passes; None if there are more than ``limit``."""
-    n, count = part.n, int(groups.max()) + 1
+    n, first, count = part.n, part.first, int(groups.max()) + 1
     size = np.bincount(groups, minlength=count)
     # The numbers of all groups, as digits of one; in whole numbers, since floats round above 2^53.
     worth = [1]
@@ -182,18 +170,21 @@ def _counted(
     least = np.stack([before[groups == g].sum(axis=0) for g in range(count)])
     most = size[:, None] - np.stack([before[:, groups == g].sum(axis=1) for g in range(count)])
     most[groups, np.arange(n)] -= 1
+    fewest, highest = least.sum(axis=0), most.sum(axis=0)
     widths, layers = [1], [np.zeros(1, np.int64)]
     steps = []  # of each layer: [state, toolpath, state of the next layer]
     now, total = np.zeros(1, np.int64), 1
     for m in range(n):
-        fits = np.ones((len(now), n), np.bool_)
+        may = (fewest <= m) & (m <= highest)
+        if first != NONE:
+            may &= (np.arange(n) == first) == (m == 0)
+        paths = np.flatnonzero(may)
+        fits = np.ones((len(now), len(paths)), np.bool_)
         for g in range(count):
             printed = (now // weight[g] % (size[g] + 1))[:, None]
-            fits &= (least[g] <= printed) & (printed <= most[g])
-        if part.first != NONE:
-            fits[:, np.arange(n) != part.first] &= m > 0
-            fits[:, part.first] &= m == 0
-        state, path = np.nonzero(fits)
+            fits &= (least[g, paths] <= printed) & (printed <= most[g, paths])
+        state, place = np.nonzero(fits)
+        path = paths[place]
         after, to = np.unique(now[state] + weight[groups[path]], return_inverse=True)
         total += len(after)
         if total > limit:

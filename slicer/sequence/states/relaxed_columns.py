@@ -1,16 +1,22 @@
 """The states of all columns that a bound can afford: down-sets where these are few, else counts."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.states.closure import Closure, closures_of_columns, comes_before
 from slicer.sequence.states.corridor import extent, pairs_of
 from slicer.sequence.states.counts_together import counts_together
 from slicer.sequence.states.downsets import DownSets, all_down_sets
-from slicer.sequence.states.group_counts import Relaxation, relaxations, with_what_follows
+from slicer.sequence.states.group_counts import (
+    Relaxation,
+    coarse_relaxations,
+    relaxations,
+    with_what_follows,
+)
 from slicer.sequence.states.section import Section
 
 MOST_FOLLOWING = 4_000_000
@@ -33,29 +39,68 @@ class RelaxedColumns:
             ends.
         coarsest: for each column the number of the choice that together make the fewest travels. Finer states
             are often cheaper: what can come next is less.
+        before: bool (n, n), what must come before what, by ``comes_before``; None where no column is tied.
+        closures: the same of each column.
     """
 
     section: Section
     choices: list[list[Relaxation]]
     sizes: list[list[NDArray[np.int64]]]
     coarsest: list[int]
+    before: NDArray[np.bool_] | None
+    closures: list[Closure]
 
     @classmethod
     def of(cls, section: Section) -> "RelaxedColumns":
-        """The choices of a section."""
+        """All choices of a section."""
+        return cls.coarse(section).with_all_choices()
+
+    @classmethod
+    def coarse(cls, section: Section) -> "RelaxedColumns":
+        """Of each column the choices that are made quickly: counts of a single group, and the down-sets."""
         parts = [section.part(section.column == c) for c in range(section.columns)]
-        choices = [relaxations(part, MOST_DOWN_SETS) for part in parts]
+        before = comes_before(section) if len(section.ties) else None
+        closures = closures_of_columns(section, before)
+        choices = [
+            coarse_relaxations(part, closure, MOST_DOWN_SETS)
+            for part, closure in zip(parts, closures, strict=True)
+        ]
         sizes = [[_size(states.sets) for states in column] for column in choices]
-        columns = cls(section, choices, sizes, [0] * section.columns)
+        columns = cls(section, choices, sizes, [0] * section.columns, before, closures)
         while True:
             more, c, t = min(columns._changes(_arcs, columns.coarsest), default=(0, 0, 0))
             if more >= 0:
                 return columns
             columns.coarsest[c] = t
 
-    def arcs(self, chosen: list[int]) -> int:
-        """How many travels the bound over pairs of columns looks at; see ``corridor.extent``."""
-        return _sum(_arcs, self._sizes_of(chosen))
+    def with_all_choices(self) -> "RelaxedColumns":
+        """The same with counts of more groups between those that are made quickly; as coarse at first."""
+        choices = [
+            relaxations(self.section.part(self.section.column == c), closure, coarse)
+            for c, (closure, coarse) in enumerate(zip(self.closures, self.choices, strict=True))
+        ]
+        sizes = [[_size(states.sets) for states in column] for column in choices]
+        coarsest = [t and len(column) - 1 for t, column in zip(self.coarsest, choices, strict=True)]
+        return replace(self, choices=choices, sizes=sizes, coarsest=coarsest)
+
+    def arcs(self, chosen: list[int], together: list[NDArray[np.bool_]] | None = None) -> int:
+        """How many travels the bound over pairs of columns looks at; see ``corridor.extent``.
+
+        Args:
+            chosen: of each column the number of its choice.
+            together: which of these go together, where not all do; fewer may be reached.
+        """
+        if together is None:
+            return _sum(_arcs, self._sizes_of(chosen))
+        sets = [column[t].sets for column, t in zip(self.choices, chosen, strict=True)]
+        steps = [np.diff(each.step_start).astype(float) for each in sets]
+        ends = [np.diff(each.top_start).astype(float) for each in sets]
+        arcs = 0.0
+        for c, mask in enumerate(together):
+            of, other = mask.sum(axis=1), mask.sum(axis=0)
+            arcs += 4.0 * (steps[c] * ends[c]) @ of + 4.0 * (steps[c + 1] * ends[c + 1]) @ other
+            arcs += 4.0 * (steps[c] @ mask @ ends[c + 1] + ends[c] @ mask @ steps[c + 1])
+        return int(arcs)
 
     def finest(self, most_arcs: int, most_bytes: float = np.inf) -> list[int]:
         """Finer states than the coarsest, as long as there are no more travels.
@@ -94,16 +139,17 @@ class RelaxedColumns:
         section = self.section
         paths = [np.flatnonzero(section.column == c).astype(np.int32) for c in range(section.columns)]
         best = [
-            with_what_follows(section.part(section.column == c), column[t])
-            for c, (column, t) in enumerate(zip(self.choices, chosen, strict=True))
+            with_what_follows(closure, column[t])
+            for closure, column, t in zip(self.closures, self.choices, chosen, strict=True)
         ]
         return _joined(section.n, paths, best)
 
     def together(self, chosen: list[int]) -> list[NDArray[np.bool_]] | None:
         """Which states of neighbouring columns may go together, see ``counts_together``."""
-        return counts_together(
-            self.section, [column[t] for column, t in zip(self.choices, chosen, strict=True)]
-        )
+        if self.before is None:
+            return None
+        states = [column[t] for column, t in zip(self.choices, chosen, strict=True)]
+        return counts_together(self.section, self.before, states)
 
     def _sizes_of(self, chosen: list[int]) -> list[list[int]]:
         return [column[t].tolist() for column, t in zip(self.sizes, chosen, strict=True)]

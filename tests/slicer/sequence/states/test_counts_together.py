@@ -13,7 +13,7 @@ from slicer.nozzle import NozzleBody
 from slicer.sequence import Problem
 from slicer.sequence.bound.pair_bound import PairBound
 from slicer.sequence.problem import Objective
-from slicer.sequence.states import RelaxedColumns, Section, cover
+from slicer.sequence.states import RelaxedColumns, Section, comes_before, cover
 from slicer.sequence.states.counts_together import counts_together
 from slicer.sequence.states.joint_states import joint_states, members
 
@@ -42,7 +42,7 @@ def test_whatever_a_sequence_passes_goes_together(sheet, field, seed):
     section = Section.whole(problem, STRAIGHT)
     columns = RelaxedColumns.of(section)
     states = [choices[random.integers(len(choices))] for choices in columns.choices]
-    together = counts_together(section, states)
+    together = counts_together(section, comes_before(section), states)
     if together is None:
         assert section.columns < 2 or len(section.ties) == 0
         return

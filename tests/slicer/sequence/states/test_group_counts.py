@@ -14,15 +14,22 @@ from slicer import grid
 from slicer.hatch import hatch
 from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
+from slicer.sequence.states.closure import Closure, closures_of_columns
 from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.group_counts import (
+    Relaxation,
     _counted,
-    comes_before,
-    never_follows,
+    coarse_relaxations,
     relaxations,
     with_what_follows,
 )
 from slicer.sequence.states.section import Section
+
+
+def choices_of(part: Section, most: int) -> tuple[Closure, list[Relaxation]]:
+    """What must come before what of one column, and all its states."""
+    (closure,) = closures_of_columns(part, None)
+    return closure, relaxations(part, closure, coarse_relaxations(part, closure, most))
 
 
 def walks_through(sets: DownSets, order: list[int], column: int) -> bool:
@@ -58,12 +65,9 @@ def test_every_printable_order_is_a_walk(segments, seed):
         assert walks_through(sets, own, c)
         part = section.part(section.column == c)
         place = {int(s): k for k, s in enumerate(np.flatnonzero(section.column == c))}
-        for choice in relaxations(part, 1_000):
-            assert walks_through(with_what_follows(part, choice), [place[s] for s in own], 0)
-        never = never_follows(comes_before(part))
-        for s, t in zip(order[:-1], order[1:], strict=True):
-            if section.column[s] == section.column[t] == c:
-                assert not never[place[int(s)], place[int(t)]]
+        closure, choices = choices_of(part, 1_000)
+        for choice in choices:
+            assert walks_through(with_what_follows(closure, choice), [place[s] for s in own], 0)
 
 
 @settings(max_examples=60, deadline=None)
@@ -73,11 +77,11 @@ def test_they_go_from_one_group_to_the_down_sets(segments):
     section = Section.whole(Problem.build(segments), Objective())
     for c in range(section.columns):
         part = section.part(section.column == c)
-        choices = [choice.sets for choice in relaxations(part, 1_000)]
+        choices = [choice.sets for choice in choices_of(part, 1_000)[1]]
         assert choices[0].counts.tolist() == [part.n + 1]
         assert choices[-1].complete
         assert [choice.complete for choice in choices[:-1]] == [False] * (len(choices) - 1)
-        assert len(relaxations(part, 0)) >= 1
+        assert len(choices_of(part, 0)[1]) >= 1
 
 
 def test_each_choice_has_more_groups_than_the_one_before():
@@ -85,7 +89,7 @@ def test_each_choice_has_more_groups_than_the_one_before():
     angles = np.random.default_rng(1).uniform(60.0, 90.0, (8, 1))
     described = {"tile_mm": 1.0, "spacing_mm": 0.25, "angles_deg": angles.tolist()}
     section = Section.whole(Problem.build(hatch(grid.loads(json.dumps(described))).segments), Objective())
-    groups = [choice.groups for choice in relaxations(section.part(section.column == 0), 0)]
+    groups = [choice.groups for choice in choices_of(section.part(section.column == 0), 0)[1]]
     counts = [int(of_each.max()) + 1 for of_each in groups]
     assert counts[:3] == [1, 4, 8]
     assert counts == sorted(set(counts))
@@ -109,8 +113,8 @@ def test_what_follows_has_room_for_what_both_toolpaths_need():
     stacks = [[[x, y], [x + 0.4, y]] for x in (0.0, 0.5) for y in (0.0, 0.1, 0.2)]
     section = Section.whole(Problem.build(np.array(stacks)), Objective())
     part = replace(section, column=np.zeros(6, np.int32), extent=np.array([[0.0, 0.9]]))
-    one_group = relaxations(part, 0)[0]
-    sets = with_what_follows(part, one_group)
+    closure, (one_group, *_) = choices_of(part, 0)
+    sets = with_what_follows(closure, one_group)
     assert one_group.groups.tolist() == [0] * 6
     bottom, top = 0, 5
     by_count = []
@@ -129,7 +133,8 @@ def test_what_follows_has_room_for_what_both_toolpaths_need():
 def test_real_down_sets_let_all_steps_follow():
     section = Section.whole(Problem.build(np.array([[[x, 0.0], [x, 1.0]] for x in (0.0, 0.1)])), Objective())
     part = section.part(section.column == 0)
-    sets = with_what_follows(part, relaxations(part, 100)[-1])
+    closure, choices = choices_of(part, 100)
+    sets = with_what_follows(closure, choices[-1])
     assert np.array_equal(
         np.diff(sets.follow_start), np.repeat(np.diff(sets.step_start), np.diff(sets.top_start))
     )
