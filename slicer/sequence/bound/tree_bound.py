@@ -4,8 +4,8 @@ The travels of a sequence join all toolpaths, so they cost no less than the chea
 many travels may meet at one endpoint, where a sequence has one, or none at its beginning and its end: each
 endpoint has a multiplier that is paid for every travel there, and taken off once (Held and Karp, "The
 traveling-salesman problem and minimum spanning trees", Operations Research 18, 1970). Where something must be
-printed between two toolpaths, no travel joins them; the rest of the precedence is not seen, so that other
-bounds are tighter where there are any.
+printed between two toolpaths, no travel joins them, which under a nozzle's body leaves a third of those that
+are near; the rest of the precedence is not seen, so that other bounds are tighter where there are any.
 
 Only travels up to a distance are listed. All others together are as good as one star: each is taken for as
 cheap as one of that distance, and of a complete graph whose edges cost the sum of what their ends do, a star
@@ -17,7 +17,16 @@ import shapely
 from numpy.typing import NDArray
 
 from slicer.kernels import bare_kernel
-from slicer.sequence.problem import CostModel, Problem, Search, least_travel_cost, leg_cost, realizer
+from slicer.sequence.problem import (
+    CostModel,
+    Problem,
+    Search,
+    ancestors,
+    is_ancestor,
+    least_travel_cost,
+    leg_cost,
+    realizer,
+)
 
 STEPS = {"quick": 100, "default": 300, "high": 1_000}
 WORK = {"quick": 10_000_000, "default": 100_000_000, "high": 1_000_000_000}
@@ -37,6 +46,8 @@ REACH = 4.0
 """Travels are listed up to so many times the distance between endpoints on average,"""
 MOST_LISTED = 40
 """or less where there would be more than so many for each endpoint."""
+MOST_WITH_ANCESTORS = 50_000
+"""Toolpaths up to which all that must come before each is found where a body orders them: 310 MB."""
 UNLIMITED = 1e9
 
 
@@ -141,15 +152,28 @@ def _near(problem: Problem, points: NDArray[np.float64]) -> tuple[NDArray[np.int
     a, b = tree.query(where, predicate="dwithin", distance=reach)
     chosen = a >> 1 < b >> 1
     a, b = a[chosen], b[chosen]
+    may = _may_join(problem, a >> 1, b >> 1)
+    return np.stack([a[may], b[may]], axis=1), reach
+
+
+def _may_join(problem: Problem, s: NDArray[np.int64], t: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """bool (m,), whether some sequence may print toolpaths s and t (m,) one after the other.
+
+    Not where one must come before the other by way of a third.
+    """
+    n = problem.n
     if problem.planar:
-        s, t = a >> 1, b >> 1
-        rank = realizer(problem)
-        ordered = (rank[s, 0] < rank[t, 0]) == (rank[s, 1] < rank[t, 1])
-        low, high = np.where(rank[s, 0] < rank[t, 0], s, t), np.where(rank[s, 0] < rank[t, 0], t, s)
-        covers = problem.below.astype(np.int64) @ np.array([problem.n, 1])
-        may = ~ordered | np.isin(low * problem.n + high, covers)
-        a, b = a[may], b[may]
-    return np.stack([a, b], axis=1), reach
+        rank, edges = realizer(problem), problem.below
+        s_first = (rank[s] < rank[t]).all(axis=1)
+        t_first = (rank[t] < rank[s]).all(axis=1)
+    elif n <= MOST_WITH_ANCESTORS:
+        ahead = ancestors(problem.pred_start, problem.pred, problem.succ_start, problem.succ)
+        s_first, t_first = is_ancestor(ahead, t, s), is_ancestor(ahead, s, t)
+        edges = np.stack([problem.pred, np.repeat(np.arange(n), np.diff(problem.pred_start))], axis=1)
+    else:
+        return np.ones(len(s), np.bool_)
+    pairs = np.where(t_first, t * n + s, s * n + t)
+    return ~(s_first | t_first) | np.isin(pairs, edges.astype(np.int64) @ np.array([n, 1]))
 
 
 def _least_cost(cost_model: CostModel, length: float) -> float:

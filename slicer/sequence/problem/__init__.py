@@ -3,6 +3,7 @@ that a method is given, when it stops, and its random numbers. A problem takes t
 from ``slicer.precedence``, below all of this.
 """
 
+from slicer.sequence.problem.ancestors import ancestors, is_ancestor
 from slicer.sequence.problem.checks import real_number, whole_number
 from slicer.sequence.problem.comparability import realizer
 from slicer.sequence.problem.directions import directed, start_of
@@ -46,6 +47,7 @@ __all__ = [
     "Progress",
     "Result",
     "Search",
+    "ancestors",
     "arc_cost",
     "compressed",
     "costs_at_least",
@@ -53,6 +55,7 @@ __all__ = [
     "direct_sum",
     "directed",
     "draw",
+    "is_ancestor",
     "is_routed",
     "is_timed",
     "least_cost_per_mm",

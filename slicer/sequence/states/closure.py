@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slicer.sequence.problem import ancestors
 from slicer.sequence.states.section import Section
 
 
@@ -45,20 +46,8 @@ def closures_of_columns(section: Section, before: NDArray[np.bool_] | None) -> l
 
 def comes_before(section: Section) -> NDArray[np.bool_]:
     """bool (n, n), [a, b]: a must come before b."""
-    n = section.n
-    ahead = np.zeros((n, (n + 7) // 8), np.uint8)  # of each toolpath, those before it, a bit each
-    missing = np.diff(section.pred_start)
-    ready = np.flatnonzero(missing == 0).tolist()
-    while ready:
-        s = ready.pop()
-        for t in section.pred[section.pred_start[s] : section.pred_start[s + 1]].tolist():
-            ahead[s] |= ahead[t]
-            ahead[s, t >> 3] |= 128 >> (t & 7)
-        for t in section.succ[section.succ_start[s] : section.succ_start[s + 1]].tolist():
-            missing[t] -= 1
-            if missing[t] == 0:
-                ready.append(t)
-    return np.ascontiguousarray(np.unpackbits(ahead, axis=1, count=n).T).view(np.bool_)
+    ahead = ancestors(section.pred_start, section.pred, section.succ_start, section.succ)
+    return np.ascontiguousarray(np.unpackbits(ahead, axis=1, count=section.n).T).view(np.bool_)
 
 
 def never_follows(section: Section, before: NDArray[np.bool_]) -> NDArray[np.bool_]:

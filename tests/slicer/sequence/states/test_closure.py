@@ -9,17 +9,11 @@ from hypothesis import strategies as st
 
 from slicer.errors import CycleError
 from slicer.sequence import Problem
+from slicer.sequence.bound.tree_bound import _may_join
 from slicer.sequence.problem import Objective
 from slicer.sequence.states import RelaxedColumns, Section
 from slicer.sequence.states.closure import closures_of_columns, comes_before, never_follows
 from slicer.sequence.states.group_counts import with_what_follows
-
-
-def section_of(segments, body):
-    try:
-        return Section.whole(Problem.build(segments, body=body), Objective())
-    except CycleError:
-        return None
 
 
 def closed(n, pairs):
@@ -36,9 +30,11 @@ def closed(n, pairs):
 def test_every_order_goes_by_it(sheet, field, seed):
     random = np.random.default_rng(seed)
     segments, body = sheet(field, 12, 4), random_body(random, 0.2)
-    section = section_of(segments, body)
-    if section is None:
+    try:
+        problem = Problem.build(segments, body=body)
+    except CycleError:
         return
+    section = Section.whole(problem, Objective())
     pairs = np.argwhere(hindered(segments, body))
     before = comes_before(section)
     exact = closed(section.n, pairs)
@@ -46,6 +42,12 @@ def test_every_order_goes_by_it(sheet, field, seed):
     between = np.any(exact[:, :, None] & exact[None], axis=1)
     never = never_follows(section, before)
     assert np.array_equal(never, exact.T | between | np.eye(section.n, dtype=np.bool_))
+    a, b = np.triu_indices(section.n, 1)
+    joined = _may_join(problem, a, b)
+    assert joined[~(never & never.T)[a, b]].all()
+    told = np.zeros_like(exact)
+    told[section.pred, np.repeat(np.arange(section.n), np.diff(section.pred_start))] = True
+    assert np.array_equal(joined, ~(exact | exact.T)[a, b] | (told | told.T)[a, b])
     closures = closures_of_columns(section, before)
     columns = RelaxedColumns.of(section)
     for _ in range(3):
