@@ -25,6 +25,7 @@ from slicer.sequence.states import (
     DownSets,
     Section,
     Skylines,
+    across_columns,
     comes_before,
     connect,
     joint_states,
@@ -110,7 +111,7 @@ class PairBound:
         blocks = connect(section, sets, bounds, among)
         costs, multipliers = block_costs(section, blocks, visits=bool(counted.any()))
         if counted.any():
-            _forbid(section, blocks, costs)
+            _forbid(section, blocks, costs, counted)
         raise_over_certain(section, blocks, costs)
         return cls(section, sets, blocks, costs, find_ends(section, sets, blocks), multipliers)
 
@@ -263,10 +264,28 @@ class PairBound:
         self._looked_at = None
 
 
-def _forbid(section: Section, blocks: Blocks, costs: BlockCosts) -> None:
-    """Make travels inside blocks infinite that no sequence has, which walks through counts would take."""
-    never = never_follows(section, comes_before(section))
-    for k in range(blocks.blocks):
-        own = blocks.path[blocks.path_start[k] : blocks.path_start[k + 1]]
-        travels = costs.direct[costs.arc_start[k] : costs.arc_start[k + 1]]
-        travels[np.repeat(np.repeat(never[np.ix_(own, own)], 2, axis=0), 2, axis=1).ravel()] = np.inf
+def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, counted: NDArray[np.bool_]) -> None:
+    """Make travels inside blocks infinite that no sequence has, which walks through counts would take.
+
+    What orders two toolpaths may go by way of any column, or where that is not known, of their own.
+    """
+    before = across_columns(section)
+    if before is not None:
+        never = never_follows(section, before)
+        for k in range(blocks.blocks):
+            own = blocks.path[blocks.path_start[k] : blocks.path_start[k + 1]]
+            _bar(blocks, costs, k, 0, never[np.ix_(own, own)])
+        return
+    for c in np.flatnonzero(counted):
+        part = section.part(section.column == c)
+        never = never_follows(part, comes_before(part))
+        for k in range(blocks.home[c, 0], blocks.home[c, 1] + 1):
+            _bar(blocks, costs, k, int(blocks.column_size[blocks.bounds[k] : c].sum()), never)
+
+
+def _bar(blocks: Blocks, costs: BlockCosts, k: int, low: int, never: NDArray[np.bool_]) -> None:
+    """Make travels of block k infinite, of its toolpaths from ``low`` on; ``never`` is bool (m, m)."""
+    stride = 2 * int(blocks.path_start[k + 1] - blocks.path_start[k])
+    travels = costs.direct[costs.arc_start[k] : costs.arc_start[k + 1]].reshape(stride, stride)
+    own = slice(2 * low, 2 * (low + len(never)))
+    travels[own, own][np.repeat(np.repeat(never, 2, axis=0), 2, axis=1)] = np.inf

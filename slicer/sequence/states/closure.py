@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from slicer.sequence.problem import ancestors
 from slicer.sequence.states.section import Section
 
+MOST_TOOLPATHS = 12_000
+"""Of more, what comes before what by way of other columns is left out: it takes 144 MB three times over."""
+
 
 class Closure(NamedTuple):
     """What every printable sequence of some toolpaths has in common.
@@ -24,13 +27,20 @@ class Closure(NamedTuple):
     never: NDArray[np.bool_]
 
 
+def across_columns(section: Section) -> NDArray[np.bool_] | None:
+    """``comes_before`` of a section; None where no column is tied, or toolpaths are too many.
+
+    Then what must come before what is known within a column, or a part of the section, alone.
+    """
+    return comes_before(section) if len(section.ties) and section.n <= MOST_TOOLPATHS else None
+
+
 def closures_of_columns(section: Section, before: NDArray[np.bool_] | None) -> list[Closure]:
     """That of each column's toolpaths.
 
     Args:
         section: what is ordered.
-        before: ``comes_before`` of it. It need not be known where no column is tied: then none has a say in
-            another one's.
+        before: ``across_columns`` of it.
     """
     out = []
     for c in range(section.columns):

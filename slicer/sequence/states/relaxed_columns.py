@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.closure import Closure, closures_of_columns, comes_before
+from slicer.sequence.states.closure import Closure, across_columns, closures_of_columns
 from slicer.sequence.states.corridor import extent, pairs_of
 from slicer.sequence.states.counts_together import counts_together
 from slicer.sequence.states.downsets import DownSets, all_down_sets
@@ -39,7 +39,7 @@ class RelaxedColumns:
             ends.
         coarsest: for each column the number of the choice that together make the fewest travels. Finer states
             are often cheaper: what can come next is less.
-        before: bool (n, n), what must come before what, by ``comes_before``; None where no column is tied.
+        before: bool (n, n), what must come before what, by ``across_columns``.
         closures: the same of each column.
     """
 
@@ -59,7 +59,7 @@ class RelaxedColumns:
     def coarse(cls, section: Section) -> "RelaxedColumns":
         """Of each column the choices that are made quickly: counts of a single group, and the down-sets."""
         parts = [section.part(section.column == c) for c in range(section.columns)]
-        before = comes_before(section) if len(section.ties) else None
+        before = across_columns(section)
         closures = closures_of_columns(section, before)
         choices = [
             coarse_relaxations(part, closure, MOST_DOWN_SETS)
