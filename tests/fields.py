@@ -4,9 +4,11 @@ import numpy as np
 import shapely
 from hypothesis import strategies as st
 
+from slicer.errors import CycleError
 from slicer.grid import Grid
 from slicer.hatch import hatch
 from slicer.nozzle import NozzleBody
+from slicer.sequence import Problem
 
 EPS = 1e-9
 
@@ -200,6 +202,14 @@ def random_body(random, scale):
         shoulder = random.choice([0.0, half + random.uniform(0.1, 4.0) * scale])
     cone_mm = random.choice([0.0, 0.0, random.uniform(0.1, 1.5) * scale])
     return NozzleBody.of(2 * half, cone, length, 2 * shoulder, press, 2 * barrel, cone_mm)
+
+
+def under_some_body(random, segments):
+    """Their problem under a body that often ties columns; None where it cannot be printed."""
+    try:
+        return Problem.build(segments, body=random_body(random, 0.2))
+    except CycleError:
+        return None
 
 
 def closure(below):

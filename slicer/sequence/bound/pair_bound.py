@@ -25,7 +25,6 @@ from slicer.sequence.states import (
     DownSets,
     Section,
     Skylines,
-    across_columns,
     comes_before,
     connect,
     joint_states,
@@ -90,6 +89,7 @@ class PairBound:
         sets: DownSets,
         bounds: NDArray[np.int32],
         among: list[NDArray[np.bool_]] | None = None,
+        never: NDArray[np.bool_] | None = None,
     ) -> "PairBound":
         """Set up the bound over blocks of columns, with the multipliers it begins with.
 
@@ -99,6 +99,8 @@ class PairBound:
             bounds: the blocks, see ``blocks.cover``; of no more than two columns where states are counts.
             among: the states that count, of those that a nozzle's body allows; None for all of these. Which
                 counts it allows has to be told here.
+            never: bool (n, n), by ``never_follows``, where states are counts and columns are tied. If None,
+                counts know what may follow within a column alone.
         """
         counted = sets.corridor == COUNTED
         if counted.any() and np.diff(bounds).max() > 1:
@@ -111,7 +113,7 @@ class PairBound:
         blocks = connect(section, sets, bounds, among)
         costs, multipliers = block_costs(section, blocks, visits=bool(counted.any()))
         if counted.any():
-            _forbid(section, blocks, costs, counted)
+            _forbid(section, blocks, costs, counted, never)
         raise_over_certain(section, blocks, costs)
         return cls(section, sets, blocks, costs, find_ends(section, sets, blocks), multipliers)
 
@@ -264,23 +266,24 @@ class PairBound:
         self._looked_at = None
 
 
-def _forbid(section: Section, blocks: Blocks, costs: BlockCosts, counted: NDArray[np.bool_]) -> None:
-    """Make travels inside blocks infinite that no sequence has, which walks through counts would take.
-
-    What orders two toolpaths may go by way of any column, or where that is not known, of their own.
-    """
-    before = across_columns(section)
-    if before is not None:
-        never = never_follows(section, before)
+def _forbid(
+    section: Section,
+    blocks: Blocks,
+    costs: BlockCosts,
+    counted: NDArray[np.bool_],
+    never: NDArray[np.bool_] | None,
+) -> None:
+    """Make travels inside blocks infinite that no sequence has, which walks through counts would take."""
+    if never is not None:
         for k in range(blocks.blocks):
             own = blocks.path[blocks.path_start[k] : blocks.path_start[k + 1]]
             _bar(blocks, costs, k, 0, never[np.ix_(own, own)])
         return
     for c in np.flatnonzero(counted):
         part = section.part(section.column == c)
-        never = never_follows(part, comes_before(part))
+        inner = never_follows(part, comes_before(part))
         for k in range(blocks.home[c, 0], blocks.home[c, 1] + 1):
-            _bar(blocks, costs, k, int(blocks.column_size[blocks.bounds[k] : c].sum()), never)
+            _bar(blocks, costs, k, int(blocks.column_size[blocks.bounds[k] : c].sum()), inner)
 
 
 def _bar(blocks: Blocks, costs: BlockCosts, k: int, low: int, never: NDArray[np.bool_]) -> None:

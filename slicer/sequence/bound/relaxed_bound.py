@@ -87,14 +87,14 @@ def _raise_by_pairs(search: Search) -> bool:
     most = ARCS[search.effort]
     sets = few_down_sets(section, most // STEPS[search.effort])
     if sets is not None:
-        bound = _bound_over(search, section, sets, None)
+        bound = _prepared(search, PairBound.over(section, sets, cover(sets)))
         steps = _steps(bound, most, MOST_STEPS[search.effort])
         _climb(search, bound, step_lengths(steps), most)
         return search.lower_bound > 0.0
     columns = RelaxedColumns.coarse(section)
     if search.should_stop():
         return False
-    together = columns.together(columns.coarsest)
+    together = columns.together(columns.coarsest, search.should_stop)
     if search.should_stop() or columns.arcs(columns.coarsest, together) > STRETCH * most // LEAST_STEPS:
         return False
     sets = columns.sets(columns.coarsest)
@@ -114,7 +114,7 @@ def _raise_over_counts(
     section, most = columns.section, ARCS[search.effort]
     finer_steps = (FINER_STEPS if together is None else FINER_STEPS_WHEN_TIED)[search.effort]
     coarse = int(COARSE_SHARE[search.effort] * most)
-    bound = _bound_over(search, section, coarsest, together)
+    bound = _prepared(search, PairBound.over(section, coarsest, cover(coarsest), together, columns.never))
     arcs = max(1, bound.looked_at.arcs)
     finest = columns.coarsest
     enough = ENOUGH_WHEN_ROUTED if search.objective.routed else ENOUGH_FOR_BOTH
@@ -131,21 +131,20 @@ def _raise_over_counts(
     steps = _steps(bound, coarse, MOST_STEPS_OF_EACH[search.effort])
     if not _climb(search, bound, step_lengths(steps, last=LAST_LENGTHS[0] / steps), coarse):
         return
-    sets = columns.sets(finest)
-    if sets is None or search.should_stop():
+    sets, finer = columns.sets(finest), columns.together(finest, search.should_stop)
+    # Where it cannot be told which of them go together, all would be too many.
+    if sets is None or (finer is None) != (together is None) or search.should_stop():
         return
-    found, bound = bound, _bound_over(search, section, sets, columns.together(finest))
+    found = bound
+    bound = _prepared(search, PairBound.over(section, sets, cover(sets), finer, columns.never))
     bound.go_on_from(found)
     del found
     finer_steps = max(finer_steps, _steps(bound, most - coarse, MOST_STEPS_OF_EACH[search.effort], 1))
     _climb(search, bound, np.geomspace(FINER_LENGTH, LAST_LENGTHS[1], finer_steps) / steps, most - coarse)
 
 
-def _bound_over(
-    search: Search, section: Section, sets: DownSets, together: list[NDArray[np.bool_]] | None
-) -> PairBound:
-    """A bound over pairs of columns with such states, of which some may not go together."""
-    bound = PairBound.over(section, sets, cover(sets), together)
+def _prepared(search: Search, bound: PairBound) -> PairBound:
+    """The bound with what the search can afford of it."""
     if not search.should_stop():
         bound.see_walls(search.cost)
     bound.pace = PACE

@@ -5,7 +5,7 @@ the skylines over them.
 from slicer.sequence.states.block_states import OUTSIDE
 from slicer.sequence.states.blocks import Blocks, Follows, connect, cover
 from slicer.sequence.states.certain_walls import least_over_certain
-from slicer.sequence.states.closure import across_columns, comes_before, never_follows
+from slicer.sequence.states.closure import comes_before, never_follows
 from slicer.sequence.states.column_skylines import Skylines, sets_of_states, skylines
 from slicer.sequence.states.corridor import Corridor, extent, set_sizes
 from slicer.sequence.states.downsets import DownSets, all_down_sets, down_sets
@@ -39,7 +39,6 @@ __all__ = [
     "RelaxedColumns",
     "Section",
     "Skylines",
-    "across_columns",
     "all_down_sets",
     "comes_before",
     "connect",

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slicer.sequence.states.closure import Closure, across_columns, closures_of_columns
+from slicer.sequence.states.closure import Closure, across_columns, closures_of_columns, never_follows
 from slicer.sequence.states.corridor import extent, pairs_of
 from slicer.sequence.states.counts_together import counts_together
 from slicer.sequence.states.downsets import DownSets, all_down_sets
@@ -40,6 +40,7 @@ class RelaxedColumns:
         coarsest: for each column the number of the choice that together make the fewest travels. Finer states
             are often cheaper: what can come next is less.
         before: bool (n, n), what must come before what, by ``across_columns``.
+        never: bool (n, n), by ``never_follows``; None where ``before`` is.
         closures: the same of each column.
     """
 
@@ -48,6 +49,7 @@ class RelaxedColumns:
     sizes: list[list[NDArray[np.int64]]]
     coarsest: list[int]
     before: NDArray[np.bool_] | None
+    never: NDArray[np.bool_] | None
     closures: list[Closure]
 
     @classmethod
@@ -60,13 +62,14 @@ class RelaxedColumns:
         """Of each column the choices that are made quickly: counts of a single group, and the down-sets."""
         parts = [section.part(section.column == c) for c in range(section.columns)]
         before = across_columns(section)
+        never = None if before is None else never_follows(section, before)
         closures = closures_of_columns(section, before)
         choices = [
             coarse_relaxations(part, closure, MOST_DOWN_SETS)
             for part, closure in zip(parts, closures, strict=True)
         ]
         sizes = [[_size(states.sets) for states in column] for column in choices]
-        columns = cls(section, choices, sizes, [0] * section.columns, before, closures)
+        columns = cls(section, choices, sizes, [0] * section.columns, before, never, closures)
         while True:
             more, c, t = min(columns._changes(_arcs, columns.coarsest), default=(0, 0, 0))
             if more >= 0:
@@ -144,12 +147,14 @@ class RelaxedColumns:
         ]
         return _joined(section.n, paths, best)
 
-    def together(self, chosen: list[int]) -> list[NDArray[np.bool_]] | None:
-        """Which states of neighbouring columns may go together, see ``counts_together``."""
+    def together(
+        self, chosen: list[int], should_stop: Callable[[], bool] = lambda: False
+    ) -> list[NDArray[np.bool_]] | None:
+        """Which states of neighbouring columns may go together, see ``counts_together``; None for all."""
         if self.before is None:
             return None
         states = [column[t] for column, t in zip(self.choices, chosen, strict=True)]
-        return counts_together(self.section, self.before, states)
+        return counts_together(self.section.column, self.before, states, should_stop)
 
     def _sizes_of(self, chosen: list[int]) -> list[list[int]]:
         return [column[t].tolist() for column, t in zip(self.sizes, chosen, strict=True)]

@@ -123,10 +123,10 @@ def bounds(problem, goal, order, best, random):
         corridor = widest_corridor(section, order, 10**6)
         patch.setattr(relaxed_columns, "MOST_DOWN_SETS", 0)
         # Few travels: a single group a column, as a rule.
-        sets, together = relaxed(section, int(random.choice([0, 10**6])))
+        sets, together, never = relaxed(section, int(random.choice([0, 10**6])))
     pairs = {
         "pairs": PairBound.over(section, corridor.sets, corridor.bounds, corridor.allowed),
-        "counts": PairBound.over(section, sets, cover(sets), together),
+        "counts": PairBound.over(section, sets, cover(sets), together, never),
     }
     for name, bound in pairs.items():
         bound.improve(1.1 * best, step_lengths(20))

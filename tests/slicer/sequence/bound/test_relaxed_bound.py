@@ -11,9 +11,11 @@ from fields import random_body, segment_sets
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from slicer import grid
+from slicer import generate, grid
+from slicer.cutting import cut
 from slicer.errors import CycleError
 from slicer.hatch import hatch
+from slicer.nozzle import NozzleBody
 from slicer.sequence import Problem, solve
 from slicer.sequence.bound import raise_relaxed_bound, relaxed_bound, step_lengths, tree_bound
 from slicer.sequence.bound.pair_bound import PairBound
@@ -35,6 +37,7 @@ GOALS = {
         "time", **MACHINE, fixed_s=0.05, join_mm=1.0, join_speed_mm_s=20.0, join_downhill_deg=0.0
     ),
 }
+BODY = NozzleBody.of(0.25, press_mm=0.02)
 seeds = st.integers(0, 10**6)
 
 
@@ -271,6 +274,15 @@ def test_nor_is_what_may_follow_made_where_that_is_too_much(monkeypatch):
     assert 0.0 < search.lower_bound < search.cost
     columns = columns_of(search.problem, GOALS["straight"])
     assert columns.sets(columns.coarsest) is None
+
+
+def test_counts_that_cannot_be_told_apart_leave_a_bound(monkeypatch):
+    segments = cut(hatch(generate.random_walk(4, 3, seed=1)).segments, BODY).segments
+    problem = Problem.build(segments, body=BODY)
+    monkeypatch.setattr(relaxed_bound, "few_down_sets", lambda section, most: None)
+    told = raised(problem, GOALS["straight"])
+    monkeypatch.setattr("slicer.sequence.states.counts_together.MOST_WORK", 0)
+    assert 0.0 < raised(problem, GOALS["straight"]).lower_bound < told.lower_bound < told.cost
 
 
 def columns_of(problem: Problem, goal: Objective) -> RelaxedColumns:

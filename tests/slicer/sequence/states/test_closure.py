@@ -3,11 +3,11 @@
 from itertools import pairwise
 
 import numpy as np
-from fields import hindered, random_body, random_extension
+from counted import walks_through
+from fields import closure, hindered, random_extension, under_some_body
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slicer.errors import CycleError
 from slicer.sequence import Problem
 from slicer.sequence.bound.tree_bound import _may_join
 from slicer.sequence.problem import Objective
@@ -16,28 +16,17 @@ from slicer.sequence.states.closure import closures_of_columns, comes_before, ne
 from slicer.sequence.states.group_counts import with_what_follows
 
 
-def closed(n, pairs):
-    """bool (n, n), by Warshall's algorithm."""
-    before = np.zeros((n, n), np.bool_)
-    before[tuple(np.array(list(pairs), int).reshape(-1, 2).T)] = True
-    for k in range(n):
-        before |= np.outer(before[:, k], before[k])
-    return before
-
-
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 10**6), st.integers(0, 10**6))
 def test_every_order_goes_by_it(sheet, field, seed):
     random = np.random.default_rng(seed)
-    segments, body = sheet(field, 12, 4), random_body(random, 0.2)
-    try:
-        problem = Problem.build(segments, body=body)
-    except CycleError:
+    problem = under_some_body(random, sheet(field, 12, 4))
+    if problem is None:
         return
     section = Section.whole(problem, Objective())
-    pairs = np.argwhere(hindered(segments, body))
+    pairs = np.argwhere(hindered(problem.segments, problem.body))
     before = comes_before(section)
-    exact = closed(section.n, pairs)
+    exact = closure(hindered(problem.segments, problem.body))
     assert np.array_equal(before, exact)
     between = np.any(exact[:, :, None] & exact[None], axis=1)
     never = never_follows(section, before)
@@ -53,25 +42,12 @@ def test_every_order_goes_by_it(sheet, field, seed):
     for _ in range(3):
         order = random_extension(random, section.n, pairs)
         assert not any(never[a, b] for a, b in pairwise(order))
-        for c, closure in enumerate(closures):
+        for c, inside in enumerate(closures):
             own = np.flatnonzero(section.column == c)
             inner = [int(np.searchsorted(own, s)) for s in order if section.column[s] == c]
-            assert not any(closure.never[a, b] for a, b in pairwise(inner))
+            assert not any(inside.never[a, b] for a, b in pairwise(inner))
             for choice in columns.choices[c]:
-                assert is_walk(with_what_follows(closure, choice), inner)
-
-
-def is_walk(sets, order):
-    """Whether the steps of one column in this order are there, each among those that may follow the last."""
-    at, top = 0, None
-    for s in order:
-        (step,) = np.flatnonzero(sets.step_path[sets.step_start[at] : sets.step_start[at + 1]] == s)
-        if top is not None and step not in sets.follows[sets.follow_start[top] : sets.follow_start[top + 1]]:
-            return False
-        step += sets.step_start[at]
-        at = sets.step_to[step]
-        top = sets.top_start[at] + sets.step_slot[step]
-    return at == sets.start[1] - 1
+                assert walks_through(with_what_follows(inside, choice), inner, 0)
 
 
 def test_what_another_column_has_in_between_orders_a_column():
@@ -82,8 +58,8 @@ def test_what_another_column_has_in_between_orders_a_column():
     assert section.column.tolist() == [0, 1, 0]
     assert not comes_before(section.part(section.column == 0)).any()
     before = comes_before(section)
-    closure = closures_of_columns(section, before)[0]
-    assert closure.before.tolist() == [[False, True], [False, False]]
-    assert closure.never.tolist() == [[True, False], [True, True]]  # next of its column it is
+    inside = closures_of_columns(section, before)[0]
+    assert inside.before.tolist() == [[False, True], [False, False]]
+    assert inside.never.tolist() == [[True, False], [True, True]]  # next of its column it is
     assert never_follows(section, before)[0, 2]  # but not of the sequence
     assert np.diff(RelaxedColumns.of(section).choices[0][0].sets.step_start).tolist() == [1, 1, 0]

@@ -1,13 +1,12 @@
 """Which counts of columns go together: all that any printable sequence passes, and few else."""
 
 import numpy as np
-from fields import hindered, random_body, random_extension
+from fields import hindered, random_extension, under_some_body
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slicer import generate
 from slicer.cutting import cut
-from slicer.errors import CycleError
 from slicer.hatch import hatch
 from slicer.nozzle import NozzleBody
 from slicer.sequence import Problem
@@ -34,19 +33,14 @@ def state_of(states, printed):
 @given(st.integers(0, 10**6), st.integers(0, 10**6))
 def test_whatever_a_sequence_passes_goes_together(sheet, field, seed):
     random = np.random.default_rng(seed)
-    segments, body = sheet(field, 12, 4), random_body(random, 0.2)
-    try:
-        problem = Problem.build(segments, body=body)
-    except CycleError:
+    problem = under_some_body(random, sheet(field, 12, 4))
+    if problem is None:
         return
     section = Section.whole(problem, STRAIGHT)
     columns = RelaxedColumns.of(section)
     states = [choices[random.integers(len(choices))] for choices in columns.choices]
-    together = counts_together(section, comes_before(section), states)
-    if together is None:
-        assert section.columns < 2 or len(section.ties) == 0
-        return
-    order = random_extension(random, problem.n, np.argwhere(hindered(segments, body)))
+    together = counts_together(section.column, comes_before(section), states)
+    order = random_extension(random, problem.n, np.argwhere(hindered(problem.segments, problem.body)))
     printed = np.zeros(problem.n, np.bool_)
     for s in [None, *order]:
         if s is not None:
@@ -92,3 +86,33 @@ def test_under_a_point_all_go_together():
     segments = hatch(generate.random_walk(3, 2, seed=1)).segments
     columns = RelaxedColumns.of(Section.whole(Problem.build(segments), STRAIGHT))
     assert columns.together(columns.coarsest) is None
+
+
+def test_what_takes_too_long_is_not_told(monkeypatch):
+    columns = RelaxedColumns.of(walk())
+    finest = [len(choices) - 1 for choices in columns.choices]
+    for chosen in (columns.coarsest, finest):
+        assert columns.together(chosen) is not None
+        assert columns.together(chosen, lambda: True) is None
+        for limit in ("MOST_WORK", "MOST_DENSE"):
+            with monkeypatch.context() as patch:
+                patch.setattr(f"slicer.sequence.states.counts_together.{limit}", 0)
+                assert columns.together(chosen) is None
+
+
+def test_single_toolpaths_are_told_as_down_sets_are():
+    """What products of matrices say, and what comparing counts of groups of one does."""
+    section = walk()
+    columns = RelaxedColumns.of(section)
+    down_sets = [choices[-1] for choices in columns.choices]
+    each = [
+        states._replace(groups=np.arange(int(states.sets.size[0])), printed=members(states.sets).astype(int))
+        for states in down_sets
+    ]
+    before = comes_before(section)
+    for mask, same in zip(
+        counts_together(section.column, before, down_sets),
+        counts_together(section.column, before, each),
+        strict=True,
+    ):
+        assert np.array_equal(mask, same)

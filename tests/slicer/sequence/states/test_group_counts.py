@@ -5,7 +5,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
-from counted import relaxed_sets
+from counted import relaxed_sets, walks_through
 from fields import random_extension, relation, segment_sets
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -15,7 +15,6 @@ from slicer.hatch import hatch
 from slicer.sequence import Problem
 from slicer.sequence.problem.objective import Objective
 from slicer.sequence.states.closure import Closure, closures_of_columns
-from slicer.sequence.states.downsets import DownSets
 from slicer.sequence.states.group_counts import (
     Relaxation,
     _counted,
@@ -30,25 +29,6 @@ def choices_of(part: Section, most: int) -> tuple[Closure, list[Relaxation]]:
     """What must come before what of one column, and all its states."""
     (closure,) = closures_of_columns(part, None)
     return closure, relaxations(part, closure, coarse_relaxations(part, closure, most))
-
-
-def walks_through(sets: DownSets, order: list[int], column: int) -> bool:
-    """Whether a column's toolpaths, in this order, are steps from its first state to its last, and may follow."""
-    at, last = sets.start[column], None
-    for s in order:
-        steps = range(sets.step_start[at], sets.step_start[at + 1])
-        taken = [e for e in steps if sets.step_path[e] == s]
-        if len(taken) != 1:
-            return False
-        if last is not None and len(sets.follows):
-            may = sets.follows[sets.follow_start[last] : sets.follow_start[last + 1]]
-            if taken[0] - sets.step_start[at] not in may:
-                return False
-        at = sets.step_to[taken[0]]
-        last = sets.top_start[at] + sets.step_slot[taken[0]]
-        if sets.top_path[last] != s:
-            return False
-    return at == sets.start[column + 1] - 1
 
 
 @settings(max_examples=100, deadline=None)
